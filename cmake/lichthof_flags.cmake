@@ -1,0 +1,23 @@
+# Flags that every target of the project shares.
+add_library(lichthof_flags INTERFACE)
+target_include_directories(lichthof_flags INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(lichthof_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+  # Every x86-64-v2 machine runs the binary; wider vector code is chosen at run time (core/light/kernels).
+  -march=x86-64-v2
+  # No fused multiply-add behind our back: the same bits on every machine and vector width.
+  -ffp-contract=off)
+target_compile_definitions(lichthof_flags INTERFACE GLM_FORCE_XYZW_ONLY CAF_ENABLE_TYPE_ID_CHECKS
+  $<$<BOOL:${LICHTHOF_AUDIT}>:LICHTHOF_AUDIT>)
+if(LICHTHOF_WERROR)
+  target_compile_options(lichthof_flags INTERFACE -Werror)
+endif()
+if(LICHTHOF_SANITIZE)
+  list(JOIN LICHTHOF_SANITIZE "," sanitizers)
+  target_compile_options(lichthof_flags INTERFACE -fsanitize=${sanitizers} -fno-omit-frame-pointer)
+  target_link_options(lichthof_flags INTERFACE -fsanitize=${sanitizers})
+  if(sanitizers MATCHES undefined)
+    # CAF binds null references for actors spawned without arguments.
+    target_compile_options(lichthof_flags INTERFACE -fno-sanitize=null)
+  endif()
+endif()
