@@ -1,0 +1,245 @@
+#include "core/light/cell_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.hpp"
+#include "core/light/bit_projector.hpp"
+#include "core/light/radiosity.hpp"
+#include "core/light/raycast.hpp"
+#include "core/light/receiver_tree.hpp"
+#include "core/light/transfer.hpp"
+
+namespace lichthof {
+
+Rgb Shot::power() const {
+  Rgb power{0.0};
+  for (const ShotPatch& patch : patches)
+    for (std::size_t k = 0; k < patch.area.size(); ++k) power += static_cast<double>(patch.area[k]) * Rgb{patch.delta[k]};
+  return power;
+}
+
+std::size_t Shot::wire_bytes() const {
+  // As the wire form counts: 32-bit floats for values, 64-bit ones for places.
+  std::size_t bytes = 8 + 8 + 4 * 24 + 24 + 8 + 8 + 16 * corners.size();
+  for (const ShotPatch& patch : patches) bytes += 2 + 32 + 24 + 16 * patch.corners.size() + 16 * patch.delta.size();
+  return bytes;
+}
+
+namespace {
+
+/// The surfaces of a cell, cut to its box. Cut a hair outside of it: what lies in a boundary plane occludes on both sides.
+std::vector<Surface> surfaces_in(const Scene& scene, const Box& box) {
+  std::vector<Surface> inside;
+  const Box whole = bounds(scene);
+  const double margin = 2e-6 * std::max({whole.size().x, whole.size().y, whole.size().z});
+  for (const Surface& surface : scene.surfaces) {
+    Polygon corners = surface.corners;
+    for (int axis = 0; axis < 3 && !corners.empty(); ++axis) {
+      Vec3 direction{0.0};
+      direction[axis] = 1;
+      if (box.lo[axis] > whole.lo[axis]) corners = clipped(corners, direction, box.lo[axis] - margin, 0.0);
+      if (!corners.empty() && box.hi[axis] < whole.hi[axis]) corners = clipped(corners, -direction, -box.hi[axis] - margin, 0.0);
+    }
+    if (corners.empty()) continue;
+    inside.push_back(surface);
+    if (corners.size() != surface.corners.size() || corners != surface.corners) {
+      inside.back().corners = std::move(corners);
+      inside.back().texcoords.clear();  // rays and bitmaps need none
+    }
+  }
+  return inside;
+}
+
+/// Occluders for the tests before rays: any convex part of a surface will do, so of a many-cornered one some corners suffice.
+FlatOccluder occluder_of(const Surface& surface, const Vec3& origin) {
+  const std::size_t count = surface.corners.size();
+  if (count <= FlatShooter::max_corners) return flat_occluder(flat_shooter(surface.corners, surface.normal, origin));
+  Polygon some;
+  for (std::size_t k = 0; k < FlatShooter::max_corners; ++k) some.push_back(surface.corners[k * count / FlatShooter::max_corners]);
+  return flat_occluder(flat_shooter(some, surface.normal, origin));
+}
+
+}  // namespace
+
+struct CellLight::Impl {
+  Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& lit, const Box& box,
+       const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
+      : scene(std::move(scene_)),
+        mesh(std::move(mesh_)),
+        options(options_),
+        parallel(std::move(parallel_)),
+        surfaces(surfaces_in(*scene, box)),
+        origin(local_origin()),
+        tree(receiver_tree(*mesh, lit, origin)),
+        rays(*scene, surfaces, origin, Glass::clear),
+        light(*mesh, tree) {
+    for (const Surface& surface : surfaces) occluders.push_back(occluder_of(surface, origin));
+    for (const GroupPlace& place : tree.groups) {
+      double power = 0;
+      for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
+        power += sum_channels(light.patches[p].exitance) * light.patches[p].area;
+      largest_initial_power = std::max(largest_initial_power, power);
+    }
+  }
+
+  Vec3 local_origin() const {
+    Box box;
+    for (const Surface& surface : surfaces)
+      for (const Vec3& corner : surface.corners) box.include(corner);
+    return surfaces.empty() ? Vec3{0.0} : box.centre();
+  }
+
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Mesh> mesh;
+  TransferOptions options;
+  std::shared_ptr<const Parallel> parallel;
+  std::vector<Surface> surfaces;
+  Vec3 origin;
+  ReceiverTree tree;
+  RayScene rays;
+  std::vector<FlatOccluder> occluders;
+  Radiosity light;
+  double largest_initial_power = 0;
+};
+
+CellLight::CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
+                     const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel) {
+  std::erase_if(groups, [&](GroupId id) { return !mesh->group_is_lit[id.value]; });
+  impl_ = std::make_unique<Impl>(std::move(scene), std::move(mesh), groups, box, options, std::move(parallel));
+}
+
+CellLight::~CellLight() = default;
+CellLight::CellLight(CellLight&&) noexcept = default;
+
+CellLight::Candidate CellLight::strongest() const { return impl_->light.strongest(); }
+double CellLight::largest_initial_power() const { return impl_->largest_initial_power; }
+
+Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
+  const Mesh& mesh = *impl_->mesh;
+  const Group& group = mesh.groups[group_id.value];
+  const std::uint32_t local = impl_->light.local_group_of()[group_id.value];
+  MUST(local != ~0u);
+  Shot shot;
+  shot.id = id;
+  shot.version = version;
+  shot.plane = mesh.planes[group.plane.value];
+  const std::span<const Vec2> outline = mesh.polygon(group.polygon);
+  shot.corners.assign(outline.begin(), outline.end());
+  shot.centre = group.centre;
+  shot.radius = group.radius;
+  shot.area = group.area;
+  shot.patches.resize(group.patch_count);
+  for (std::uint32_t k = 0; k < group.patch_count; ++k) {
+    const Patch& patch = mesh.patches[group.first_patch + k];
+    ShotPatch& out = shot.patches[k];
+    const std::span<const Vec2> corners = mesh.polygon(patch.polygon);
+    out.corners.assign(corners.begin(), corners.end());
+    out.columns = patch.columns, out.rows = patch.rows;
+    out.lo = patch.lo, out.hi = patch.hi;
+    out.delta.assign(std::size_t{patch.columns} * patch.rows, Rgbf{0.f});
+    out.area.assign(out.delta.size(), 0.f);
+  }
+  impl_->light.take(local, shot);
+  return shot;
+}
+
+TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
+  const TransferScene scene{impl_->tree, impl_->rays, impl_->occluders, impl_->options, impl_->origin};
+  const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
+  if (!incoming) impl_->light.record_closure(shot.power(), work.received);
+  return work;
+}
+
+void CellLight::project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const {
+  const HemicubeFrame frame = shot.frame();
+  for (const Surface& surface : impl_->surfaces) {
+    if (impl_->scene->material_of(surface).finish == Finish::glass) continue;
+    if (can_not_shadow(surface.corners[0], surface.normal, shot.centre, beyond)) continue;
+    lichthof::project(frame, surface.corners, bitmap);
+  }
+}
+
+void CellLight::set_emission(std::uint32_t material, const Rgb& radiance) {
+  Impl& i = *impl_;
+  for (std::uint32_t g = 0; g < i.tree.groups.size(); ++g) {
+    const GroupPlace& place = i.tree.groups[g];
+    for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
+      const Patch& patch = i.mesh->patches[i.tree.patches[p].mesh_patch];
+      if (!patch.back && i.scene->surfaces[patch.surface.value].material == material)
+        i.light.patches[p].exitance = 3.14159265358979323846 * radiance;
+    }
+    i.light.update_group(g);
+  }
+}
+
+void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) {
+  Impl& i = *impl_;
+  const Rgb before = i.scene->materials[material].reflectance;
+  for (std::uint32_t g = 0; g < i.tree.groups.size(); ++g) {
+    const GroupPlace& place = i.tree.groups[g];
+    for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
+      const Patch& patch = i.mesh->patches[i.tree.patches[p].mesh_patch];
+      if (i.scene->surfaces[patch.surface.value].material != material) continue;
+      // A texture multiplies: its mean over the patch is what the mesh holds over the plain reflectance.
+      for (int c = 0; c < 3; ++c) {
+        const double texture = before[c] > 0 ? patch.reflectance[c] / before[c] : 1.0;
+        i.light.patches[p].reflectance[c] = reflectance[c] * texture;
+      }
+    }
+    i.light.update_group(g);
+  }
+}
+
+CellPower CellLight::power() const { return impl_->light.power(); }
+
+void CellLight::store(Solution& solution) const {
+  const Radiosity::Expected expected = impl_->light.expected();
+  for (std::size_t k = 0; k < impl_->tree.clusters.size(); ++k) {
+    const Cluster& cluster = impl_->tree.clusters[k];
+    const ClusterLight& light = impl_->light.clusters[k];
+    for (int lane = 0; lane < 16; ++lane) {
+      if (!((cluster.lanes >> lane) & 1)) continue;
+      const std::uint32_t e = cluster.element[lane];
+      for (int c = 0; c < 3; ++c) {
+        solution.irradiance[e][c] = light.received[c][lane];
+        solution.direct_irradiance[e][c] = light.direct[c][lane];
+        solution.shot[e][c] = light.shot[c][lane];
+      }
+      const PatchLight& patch = impl_->light.patches[cluster.first_patch + cluster.patch[lane]];
+      solution.pending[e] = Rgbf{expected.irradiance(patch.received_w / patch.area)};
+    }
+  }
+}
+
+void CellLight::load(const Solution& solution) {
+  Impl& i = *impl_;
+  for (std::size_t k = 0; k < i.tree.clusters.size(); ++k) {
+    const Cluster& cluster = i.tree.clusters[k];
+    ClusterLight& light = i.light.clusters[k];
+    for (int lane = 0; lane < 16; ++lane) {
+      if (!((cluster.lanes >> lane) & 1)) continue;
+      const std::uint32_t e = cluster.element[lane];
+      PatchLight& patch = i.light.patches[cluster.first_patch + cluster.patch[lane]];
+      const double area = cluster.area[lane];
+      for (int c = 0; c < 3; ++c) {
+        light.received[c][lane] = solution.irradiance[e][c];
+        light.direct[c][lane] = solution.direct_irradiance[e][c];
+        light.shot[c][lane] = solution.shot[e][c];
+      }
+      patch.received_w += area * Rgb{solution.irradiance[e]};
+      patch.shot_w += area * Rgb{solution.shot[e]};
+      // A luminaire's first shot carries its whole emission, so S ≠ 0 means that the emission is out.
+      if (solution.shot[e] != Rgbf{0.f}) patch.emission_shot = patch.exitance;
+    }
+  }
+  for (std::uint32_t g = 0; g < i.tree.groups.size(); ++g) i.light.update_group(g);
+}
+
+std::size_t CellLight::memory_bytes() const {
+  const ReceiverTree& t = impl_->tree;
+  return t.clusters.size() * (sizeof(Cluster) + sizeof(ClusterLight)) + t.patches.size() * (sizeof(PatchLight) + sizeof(PatchPlace)) +
+         t.nodes.size() * sizeof(ReceiverNode) + impl_->surfaces.size() * (sizeof(Surface) + 4 * sizeof(Vec3));
+}
+
+}  // namespace lichthof

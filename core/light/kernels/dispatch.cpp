@@ -1,0 +1,79 @@
+#include <cstdlib>
+#include <string_view>
+
+#include "core/base/check.hpp"
+#include "core/light/kernels/kernels.hpp"
+#include "core/scene/polygon.hpp"
+
+namespace lichthof {
+
+#define LICHTHOF_DECLARE(width)                                                                          \
+  namespace width {                                                                                      \
+  std::uint32_t factor16(const Receivers16&, std::uint32_t, const FlatShooter&, const Aim16&, int,       \
+                         float, Factors16&);                                                             \
+  float accumulate16(Factors16&, const float*, const float (&)[3], float (*)[16]);                       \
+  bool block16(const FlatOccluder&, Segments16&, LaneMask16&);                                           \
+  bool hidden8(const float (&)[3][8], const FlatShooter&, const FlatShooter&, float);                    \
+  }
+LICHTHOF_DECLARE(width_v2)
+LICHTHOF_DECLARE(width_avx2)
+LICHTHOF_DECLARE(width_avx512)
+#undef LICHTHOF_DECLARE
+
+std::span<const Kernels> available_kernels() {
+  static const std::array<Kernels, 3> all{{{"x86-64-v2", width_v2::factor16, width_v2::accumulate16, width_v2::block16, width_v2::hidden8},
+                                           {"avx2", width_avx2::factor16, width_avx2::accumulate16, width_avx2::block16, width_avx2::hidden8},
+                                           {"avx512", width_avx512::factor16, width_avx512::accumulate16, width_avx512::block16, width_avx512::hidden8}}};
+  static const std::size_t count = [] {
+    __builtin_cpu_init();
+    if (!__builtin_cpu_supports("avx2")) return std::size_t{1};
+    const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+                      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
+    return std::size_t{wide ? 3u : 2u};
+  }();
+  return {all.data(), count};
+}
+
+const Kernels& kernels() {
+  static const Kernels chosen = [] {
+    const std::span<const Kernels> available = available_kernels();
+    if (const char* wish = std::getenv("LICHTHOF_VECTOR"))
+      for (const Kernels& k : available)
+        if (std::string_view(wish) == k.name) return k;
+    return available.back();
+  }();
+  return chosen;
+}
+
+FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin) {
+  MUST(corners.size() >= 3 && corners.size() <= FlatShooter::max_corners);
+  FlatShooter flat;
+  flat.count = static_cast<int>(corners.size());
+  for (int k = 0; k < flat.count; ++k) {
+    const Vec3 local = corners[static_cast<std::size_t>(k)] - origin;
+    flat.x[k] = static_cast<float>(local.x);
+    flat.y[k] = static_cast<float>(local.y);
+    flat.z[k] = static_cast<float>(local.z);
+  }
+  flat.nx = static_cast<float>(normal.x), flat.ny = static_cast<float>(normal.y), flat.nz = static_cast<float>(normal.z);
+  const Vec3 centre = centroid(corners) - origin;
+  flat.cx = static_cast<float>(centre.x), flat.cy = static_cast<float>(centre.y), flat.cz = static_cast<float>(centre.z);
+  return flat;
+}
+
+FlatOccluder flat_occluder(const FlatShooter& polygon) {
+  FlatOccluder occluder;
+  occluder.polygon = polygon;
+  const Vec3 n{polygon.nx, polygon.ny, polygon.nz};
+  const auto corner = [&](int k) { return Vec3{polygon.x[k], polygon.y[k], polygon.z[k]}; };
+  occluder.plane = static_cast<float>(glm::dot(n, corner(0)));
+  for (int k = 0; k < polygon.count; ++k) {
+    const Vec3 a = corner(k), b = corner((k + 1) % polygon.count);
+    const Vec3 m = glm::cross(n, b - a);
+    occluder.mx[k] = static_cast<float>(m.x), occluder.my[k] = static_cast<float>(m.y), occluder.mz[k] = static_cast<float>(m.z);
+    occluder.edge[k] = static_cast<float>(glm::dot(m, a));
+  }
+  return occluder;
+}
+
+}  // namespace lichthof

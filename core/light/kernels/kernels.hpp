@@ -1,0 +1,97 @@
+/// The vector kernels of light transfer: 16 receivers against one shooter polygon, in three widths chosen at run time.
+///
+/// The same source (factor16.cpp) is compiled for x86-64-v2, AVX2 and AVX-512. No multiply-add is ever contracted and square
+/// roots and divisions are exact, so all three give the same bits; only the speed differs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/base/types.hpp"
+#include "core/light/raycast.hpp"
+
+namespace lichthof {
+
+/// 16 receiver points with their unit normals, in a cell's local frame (m).
+struct alignas(64) Receivers16 {
+  float x[16], y[16], z[16];
+  float nx[16], ny[16], nz[16];
+};
+
+/// A convex planar shooter polygon, counter-clockwise seen from its front, in a cell's local frame (m).
+struct FlatShooter {
+  static constexpr int max_corners = 20;
+  int count = 0;
+  float x[max_corners], y[max_corners], z[max_corners];
+  float nx = 0, ny = 0, nz = 1;      ///< unit normal of the front
+  float cx = 0, cy = 0, cz = 0;      ///< centre of gravity
+};
+
+/// A convex polygon that may stand in the way, with the inward normals of its edges in its own plane.
+struct FlatOccluder {
+  FlatShooter polygon;
+  float plane = 0;                                           ///< n · p of its plane (m)
+  float mx[FlatShooter::max_corners], my[FlatShooter::max_corners], mz[FlatShooter::max_corners];
+  float edge[FlatShooter::max_corners];                      ///< inside: m · p > edge for all edges
+};
+
+/// Where the shadow rays of 16 receivers aim: 16 points of the shooter, one a lane, so that what hides one point is not
+/// lost to a whole patch. Written twice, so that any 16 in a row are a rotation.
+struct Aim16 {
+  float x[32], y[32], z[32];
+};
+
+/// What the kernel leaves behind: unoccluded form factors, and segments ready for the shadow rays.
+struct alignas(64) Factors16 {
+  float factor[16];                  ///< 0 in lanes that do not see the shooter
+  LaneMask16 seen;                   ///< lanes that do
+  Segments16 segments;               ///< receiver -> visible point of the shooter, both ends lifted off; clear_segments() once
+};
+
+/// Form factors of 16 receivers [Baum89], clipped to each receiver's own horizon.
+///
+/// @param lanes   bit i: lane i holds a receiver
+/// @param aim     points of the shooter; lane i aims at point i + turn, unless its horizon cuts the polygon
+/// @param turn    0..15
+/// @param offset  m; lift of both segment ends off their surfaces (RayScene::offset)
+/// @returns       bit i: lane i sees the shooter's front (factor > 0)
+/// @error         relative error ≤ 1e-6 up to distance/size 3, ≤ 3e-5 up to 100 (single precision, difference form)
+/// @cost          about 2 ns per receiver with AVX-512
+using Factor16 = std::uint32_t (*)(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter,
+                                   const Aim16& aim, int turn, float offset, Factors16& out);
+
+/// Adds factor · value to three channels of 16 lanes, where no ray was blocked (tfar of a blocked lane is negative).
+/// On return `factors.factor` is 0 in blocked lanes. @returns Σ area · factor over the lanes (m²), in a fixed order
+using Accumulate16 = float (*)(Factors16& factors, const float* area, const float (&value)[3], float (*sums)[16]);
+
+/// Tests one occluder before any ray: lanes whose segment it blocks leave `active` and get a negative tfar.
+/// @returns whether lanes are left
+/// @cost about 15 ns with AVX-512
+using Block16 = bool (*)(const FlatOccluder& occluder, Segments16& segments, LaneMask16& active);
+
+/// For node culling: true when every one of 8 box corners lies behind the polygon as seen from every corner of the shooter,
+/// that is, one convex occluder hides the whole box.
+/// @param box     8 corners x, y, z (m)
+/// @param margin  m; a shooter nearer than this to the occluder's plane lies in it, and is not hidden by it
+using Hidden8 = bool (*)(const float (&box)[3][8], const FlatShooter& shooter, const FlatShooter& occluder, float margin);
+
+struct Kernels {
+  const char* name;                  ///< "x86-64-v2", "avx2" or "avx512"
+  Factor16 factor16;
+  Accumulate16 accumulate16;
+  Block16 block16;
+  Hidden8 hidden8;
+};
+
+/// The widest kernels this machine runs. LICHTHOF_VECTOR=x86-64-v2|avx2|avx512 in the environment asks for a narrower one.
+const Kernels& kernels();
+
+/// All kernels this machine can run, widest last: for tests and benchmarks.
+std::span<const Kernels> available_kernels();
+
+/// Builds a shooter from world corners relative to the local origin.
+FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin);
+FlatOccluder flat_occluder(const FlatShooter& polygon);
+
+}  // namespace lichthof

@@ -1,0 +1,148 @@
+#include "core/light/radiosity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.hpp"
+
+namespace lichthof {
+
+Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
+    : clusters(tree.clusters.size()), patches(tree.patches.size()), mesh_(mesh), tree_(tree) {
+  for (std::size_t p = 0; p < patches.size(); ++p) {
+    const Patch& patch = mesh.patches[tree.patches[p].mesh_patch];
+    patches[p].reflectance = patch.reflectance;
+    patches[p].exitance = patch.exitance;
+    // The area that receives: the sum over elements, in the precision they are summed with.
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
+      patches[p].area += mesh.elements[e].area;
+    area_ += patches[p].area;
+  }
+  local_group_of_.assign(mesh.groups.size(), ~0u);
+  for (int c = 0; c < 3; ++c) {
+    unshot_w_[c].assign(tree.groups.size(), 0.f);
+    answer_w_[c].assign(tree.groups.size(), 0.f);
+    reflected_w_[c].assign(tree.groups.size(), 0.f);
+    received_w_[c].assign(tree.groups.size(), 0.f);
+  }
+  for (std::uint32_t g = 0; g < tree.groups.size(); ++g) {
+    local_group_of_[tree.groups[g].mesh_group] = g;
+    update_group(g);
+  }
+}
+
+void Radiosity::update_group(std::uint32_t local_group) {
+  const GroupPlace& place = tree_.groups[local_group];
+  Rgb unshot{0.0}, answer{0.0}, reflected{0.0}, received{0.0};
+  for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
+    unshot += patches[p].unshot_w();
+    answer += patches[p].reflectance * patches[p].area;
+    reflected += patches[p].reflectance * patches[p].received_w;
+    received += patches[p].received_w;
+  }
+  for (int c = 0; c < 3; ++c) {
+    unshot_w_[c][local_group] = static_cast<float>(unshot[c]);
+    answer_w_[c][local_group] = static_cast<float>(answer[c]);
+    reflected_w_[c][local_group] = static_cast<float>(reflected[c]);
+    received_w_[c][local_group] = static_cast<float>(received[c]);
+  }
+}
+
+void Radiosity::record_closure(const Rgb& sent_w, const Rgb& received_w) {
+  sent_w_ += sent_w;
+  arrived_w_ += received_w;
+}
+
+namespace {
+/// Sum in double precision, in eight strands so that it vectorises; the order is always the same.
+double sum(const std::vector<float>& values) {
+  double strand[8] = {};
+  std::size_t i = 0;
+  for (; i + 8 <= values.size(); i += 8)
+    for (std::size_t k = 0; k < 8; ++k) strand[k] += values[i + k];
+  for (; i < values.size(); ++i) strand[i % 8] += values[i];
+  return ((strand[0] + strand[1]) + (strand[2] + strand[3])) + ((strand[4] + strand[5]) + (strand[6] + strand[7]));
+}
+}  // namespace
+
+Radiosity::Expected Radiosity::expected() const {
+  Expected expected;
+  for (int c = 0; c < 3; ++c) {
+    const double unshot = sum(unshot_w_[c]), answer = sum(answer_w_[c]);
+    const double received = sum(received_w_[c]), reflected = sum(reflected_w_[c]);
+    if (area_ <= 0 || sent_w_[c] <= 0 || received <= 0) continue;
+    const double closure = std::clamp(arrived_w_[c] / sent_w_[c], 0.0, 1.0);
+    // Closed and perfectly white would expect without bound; nothing built is whiter than this.
+    const auto total = [&](double reflectance) { return unshot * closure / (1.0 - std::min(reflectance * closure, 0.999)); };
+    expected.everywhere[c] = 0.5 * total(answer / area_) / area_;
+    expected.in_proportion[c] = 0.5 * total(reflected / received) / received;
+  }
+  return expected;
+}
+
+CellLight::Candidate Radiosity::strongest() {
+  expected_ = expected();
+  const std::size_t count = tree_.groups.size();
+  std::vector<float> power_w(count, 0.f);
+  for (int c = 0; c < 3; ++c) {
+    const auto everywhere = static_cast<float>(expected_.everywhere[c]);
+    const auto in_proportion = static_cast<float>(expected_.in_proportion[c]);
+    const float *unshot = unshot_w_[c].data(), *answer = answer_w_[c].data(), *reflected = reflected_w_[c].data();
+    for (std::size_t g = 0; g < count; ++g)
+      power_w[g] += std::abs(unshot[g] + answer[g] * everywhere + reflected[g] * in_proportion);
+  }
+  const auto best = std::max_element(power_w.begin(), power_w.end());
+  if (best == power_w.end() || *best <= 0.f) return {};
+  return {GroupId{tree_.groups[static_cast<std::size_t>(best - power_w.begin())].mesh_group}, *best};
+}
+
+void Radiosity::take(std::uint32_t local_group, Shot& shot) {
+  const GroupPlace& place = tree_.groups[local_group];
+  for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
+    PatchLight& light = patches[p];
+    const PatchPlace& where = tree_.patches[p];
+    const Patch& patch = mesh_.patches[where.mesh_patch];
+    ClusterLight& lanes = clusters[where.cluster];
+    ShotPatch& out = shot.patches[p - place.first_patch];
+
+    const Rgb emitted = light.exitance - light.emission_shot;
+    const Rgb ahead = light.reflectance * expected_.irradiance(light.received_w / light.area);
+    Rgb sum_w{0.0};
+    for (std::uint32_t k = 0; k < patch.element_count; ++k) {
+      const std::uint32_t lane = where.first_lane + k;
+      const Element& element = mesh_.elements[patch.first_element + k];
+      Rgbf delta;
+      for (int c = 0; c < 3; ++c) {
+        const double radiosity = light.exitance[c] + light.reflectance[c] * lanes.received[c][lane] + ahead[c];
+        delta[c] = static_cast<float>(radiosity - lanes.shot[c][lane]);
+        lanes.shot[c][lane] += delta[c];
+      }
+      const std::size_t grid_place = std::size_t{element.row} * patch.columns + element.column;
+      out.delta[grid_place] = delta;
+      out.area[grid_place] = element.area;
+      sum_w += Rgb{delta} * static_cast<double>(element.area);
+    }
+    light.shot_w += sum_w;
+    light.emission_shot = light.exitance;
+    out.emitted = Rgbf{emitted};
+    out.reflected = Rgbf{sum_w / light.area - emitted};
+  }
+  update_group(local_group);
+}
+
+CellPower Radiosity::power() const {
+  CellPower power;
+  for (const PatchLight& p : patches) {
+    const Rgb unshot = p.unshot_w();
+    power.unshot += unshot;
+    power.unshot_absolute += glm::abs(unshot);
+    power.emitted += p.exitance * p.area;
+    power.absorbed += (1.0 - p.reflectance) * p.received_w;
+    power.shot += p.shot_w;
+    power.received += p.received_w;
+    power.area += p.area;
+  }
+  return power;
+}
+
+}  // namespace lichthof

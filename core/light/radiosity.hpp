@@ -1,0 +1,81 @@
+/// What the elements of a cell have received and shot, and who is to shoot next.
+///
+/// B = E + ρH is the radiosity of an element, S what it has shot, ΔB = B - S its unshot radiosity; ΔB may be negative.
+/// Light transfer is linear, so the order of shots changes the path of the solution and not its end.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/light/cell_light.hpp"
+#include "core/light/receiver_tree.hpp"
+
+namespace lichthof {
+
+/// Channels apart, lanes together: what one vector of receivers holds (W/m²).
+struct alignas(64) ClusterLight {
+  float received[3][16] = {};  ///< H
+  float direct[3][16] = {};    ///< the part of H straight from luminaires
+  float shot[3][16] = {};      ///< S
+};
+
+struct PatchLight {
+  Rgb reflectance{0.0};
+  Rgb exitance{0.0};           ///< E (W/m²)
+  Rgb received_w{0.0};         ///< Σ H A (W)
+  Rgb shot_w{0.0};             ///< Σ S A (W)
+  Rgb emission_shot{0.0};      ///< the part of E that is in S already (W/m²)
+  double area = 0;             ///< m²
+  Rgb unshot_w() const { return exitance * area + reflectance * received_w - shot_w; }
+};
+
+class Radiosity {
+ public:
+  Radiosity(const Mesh& mesh, const ReceiverTree& tree);
+
+  std::vector<ClusterLight> clusters;   ///< index as ReceiverTree::clusters
+  std::vector<PatchLight> patches;      ///< index as ReceiverTree::patches
+
+  /// Recomputes a group's unshot power after its patches have changed. Safe for different groups at the same time.
+  void update_group(std::uint32_t local_group);
+
+  /// Light that a patch may still expect from what is not yet shot: irradiance e = everywhere + in_proportion · H (W/m²).
+  ///
+  ///     Σ e A = Σ ΔB A · κ / (1 - ρ̄ κ)
+  ///
+  /// κ is the measured closure: received over sent power of the shots so far. It diverges nowhere, unlike 1/(1-ρ). Half of
+  /// the sum is spread evenly, as Cohen's ambient term is; the other half as the light was so far, which keeps it out of
+  /// rooms that stay dark. (Figures: docs/decisions/0003.)
+  struct Expected {
+    Rgb everywhere{0.0};     ///< W/m²
+    Rgb in_proportion{0.0};  ///< 1
+    Rgb irradiance(const Rgb& received) const { return everywhere + in_proportion * received; }
+  };
+  Expected expected() const;
+
+  /// The group with the largest |ΔB + ρ e| A, summed over channels.
+  CellLight::Candidate strongest();
+
+  /// Records what a shot of this cell sent and how much of it arrived (W).
+  void record_closure(const Rgb& sent_w, const Rgb& received_w);
+
+  /// Moves ΔB + ρe of every element of a group into S. @returns the shot without its geometry
+  void take(std::uint32_t local_group, Shot& shot);
+
+  CellPower power() const;
+  const std::vector<std::uint32_t>& local_group_of() const { return local_group_of_; }
+
+ private:
+  const Mesh& mesh_;
+  const ReceiverTree& tree_;
+  std::array<std::vector<float>, 3> unshot_w_;      ///< per group and channel: Σ ΔB A
+  std::array<std::vector<float>, 3> answer_w_;      ///< per group and channel: Σ ρ A, the power that 1 W/m² more would leave
+  std::array<std::vector<float>, 3> reflected_w_;   ///< per group and channel: Σ ρ H A
+  std::array<std::vector<float>, 3> received_w_;    ///< per group and channel: Σ H A
+  std::vector<std::uint32_t> local_group_of_;       ///< by mesh group; none if not here
+  double area_ = 0;
+  Expected expected_;                               ///< as strongest() found it last; take() shoots with the same
+  Rgb sent_w_{0.0}, arrived_w_{0.0};
+};
+
+}  // namespace lichthof

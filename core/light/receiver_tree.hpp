@@ -1,0 +1,66 @@
+/// The receivers of a cell, packed for vectors and rays: clusters of up to 16 elements under a bounding-volume tree.
+///
+/// Full patches are a cluster of their own; patches of few elements share one with their neighbours. A group is never
+/// divided between two items, and an item never between two islands, so a task that owns an island owns its groups.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/light/kernels/kernels.hpp"
+#include "core/scene/mesh.hpp"
+
+namespace lichthof {
+
+struct Cluster {
+  Receivers16 points;
+  alignas(64) float area[16];        ///< m²; 0 in empty lanes
+  std::uint32_t element[16];         ///< index into Mesh::elements
+  std::uint16_t patch[16];           ///< index of the lane's patch, counted from the item's first local patch
+  std::uint32_t lanes = 0;           ///< bit i: lane i holds a receiver
+  std::uint32_t first_patch = 0;     ///< local number of the patch that `patch` counts from
+  bool single_patch = false;         ///< all lanes belong to one patch
+  bool planar = false;               ///< all lanes lie in one plane
+  float lo[3], hi[3];                ///< bounds of the points (m, local)
+};
+
+/// One or more whole groups with their clusters: the unit that islands are made of.
+struct ReceiverItem {
+  std::uint32_t first_cluster = 0, cluster_count = 0;
+  std::uint32_t first_group = 0, group_count = 0;  ///< range of ReceiverTree::groups
+};
+
+struct ReceiverNode {
+  float lo[3], hi[3];
+  std::uint32_t first_item = 0, item_count = 0;
+  std::uint32_t right = 0;           ///< index of the second child; the first one follows the node itself; 0: leaf
+  std::uint32_t cluster_count = 0;
+};
+
+struct PatchPlace {
+  std::uint32_t mesh_patch = 0;      ///< index into Mesh::patches
+  std::uint32_t cluster = 0;
+  std::uint32_t first_lane = 0;
+};
+
+struct GroupPlace {
+  std::uint32_t mesh_group = 0;      ///< index into Mesh::groups
+  std::uint32_t first_patch = 0, patch_count = 0;  ///< range of ReceiverTree::patches
+};
+
+struct ReceiverTree {
+  std::vector<Cluster> clusters;
+  std::vector<ReceiverItem> items;
+  std::vector<ReceiverNode> nodes;
+  std::vector<GroupPlace> groups;
+  std::vector<PatchPlace> patches;
+  std::vector<std::uint32_t> islands;  ///< roots of disjoint subtrees that together hold every item: the parallel tasks
+};
+
+/// @param groups  lit groups of the cell
+/// @param origin  world point that becomes the local zero (m)
+/// @cost O(n log n), about 1 µs per group
+ReceiverTree receiver_tree(const Mesh& mesh, std::span<const GroupId> groups, const Vec3& origin);
+
+}  // namespace lichthof

@@ -1,0 +1,70 @@
+/// What the first pass leaves behind: irradiance per element, with everything needed to resume, probe or render it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/types.hpp"
+#include "core/scene/mesh.hpp"
+#include "core/scene/scene.hpp"
+
+namespace lichthof {
+
+/// How the first pass finds form factors and visibility.
+enum class TransferMethod : std::uint8_t {
+  rays,      ///< analytic factors, shadow rays in the own cell, bitmaps through the others
+  hemicube,  ///< the paper's item buffer on the hemicube with analytic factors [Baum89]
+};
+
+struct SolveOptions {
+  MeshOptions mesh;
+  std::array<std::uint32_t, 3> cells{1, 1, 1};
+  std::uint32_t hemicube_resolution = 128;   ///< pixels along an edge of the top face
+  double eps = 5e-4;                         ///< of the largest initial unshot power
+  TransferMethod method = TransferMethod::rays;
+};
+
+/// Energy of the first pass, summed over the channels (W). emitted = absorbed + escaped + unshot + residual.
+struct EnergyLedger {
+  double emitted = 0;   ///< Σ E A
+  double absorbed = 0;  ///< Σ (1 - ρ) H A
+  double escaped = 0;   ///< left the scene; measured by rays that met nothing, not by subtraction
+  double unshot = 0;    ///< Σ (E + ρH - S) A
+  double residual() const { return emitted > 0 ? (emitted - absorbed - escaped - unshot) / emitted : 0.0; }
+};
+
+struct SolveCounters {
+  std::uint64_t shots = 0;
+  std::uint64_t rays = 0;            ///< shadow rays
+  std::uint64_t form_factors = 0;    ///< receiver-shooter pairs
+  std::uint64_t messages = 0;        ///< hemicube messages between cells
+  std::uint64_t bytes_sent = 0;      ///< of those, as on the wire
+  std::uint64_t bitmap_bytes = 0;    ///< compressed bitmaps alone
+  std::uint64_t bitmap_bytes_raw = 0;///< what they would be uncompressed
+  std::uint64_t cells_skipped = 0;   ///< visits saved: behind the shooter or wholly covered
+  std::uint64_t clusters_tested = 0, clusters_hidden = 0, clusters_cut = 0;  ///< receiver clusters; skipped by shaft; below the cut
+};
+
+/// The state of the first pass: arrays have one entry per element of the mesh (W/m²).
+struct Solution {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const Mesh> mesh;
+  SolveOptions options;
+  std::vector<Rgbf> irradiance;         ///< H, all light received
+  std::vector<Rgbf> direct_irradiance;  ///< the part of H that came straight from luminaires
+  std::vector<Rgbf> shot;               ///< S, radiosity distributed so far
+  std::vector<Rgbf> pending;            ///< estimate of the irradiance still to come from unshot light; for display only
+  EnergyLedger energy;
+  SolveCounters counters;
+  double seconds_radiosity = 0;
+  bool converged = false;
+
+  /// Indirect irradiance of an element (W/m²): what the second pass adds to light it samples itself.
+  Rgb indirect(std::size_t element) const {
+    const Rgb h{irradiance[element]}, d{direct_irradiance[element]};
+    return h - d + Rgb{pending[element]};
+  }
+};
+
+}  // namespace lichthof

@@ -1,0 +1,370 @@
+#include "core/scene/mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "core/base/check.hpp"
+
+namespace lichthof {
+
+namespace {
+
+// ---- Planes -----------------------------------------------------------------------------------------------------------
+
+/// Finds the oriented plane of a surface side, or makes it. Planes agree within 1e-6 in normal and 1e-6 of the scene's
+/// size in offset: coarser than rounding of any sensible file, finer than any gap that is meant.
+class PlaneTable {
+ public:
+  PlaneTable(double scene_size, const Vec3& middle) : offset_step_(4e-6 * scene_size), middle_(middle) {}
+
+  PlaneId find_or_add(const Vec3& normal, const Vec3& point, std::vector<Plane>& planes) {
+    const std::array<double, 4> exact{normal.x / normal_step_, normal.y / normal_step_, normal.z / normal_step_,
+                                      glm::dot(normal, point - middle_) / offset_step_};
+    // Values close to the border of a bin are looked up on both sides of it.
+    std::array<std::array<std::int64_t, 2>, 4> bins;
+    std::array<int, 4> choices;
+    for (int i = 0; i < 4; ++i) {
+      const double low = std::floor(exact[i]);
+      const double part = exact[i] - low;
+      bins[i][0] = static_cast<std::int64_t>(low);
+      bins[i][1] = bins[i][0] + (part > 0.75 ? 1 : -1);
+      choices[i] = part > 0.75 || part < 0.25 ? 2 : 1;
+    }
+    for (int a = 0; a < choices[0]; ++a)
+      for (int b = 0; b < choices[1]; ++b)
+        for (int c = 0; c < choices[2]; ++c)
+          for (int d = 0; d < choices[3]; ++d)
+            if (const auto found = table_.find({bins[0][a], bins[1][b], bins[2][c], bins[3][d]}); found != table_.end())
+              return found->second;
+    const PlaneId id{static_cast<std::uint32_t>(planes.size())};
+    table_[{bins[0][0], bins[1][0], bins[2][0], bins[3][0]}] = id;
+    planes.push_back(frame_of(normal, point));
+    return id;
+  }
+
+ private:
+  static Plane frame_of(const Vec3& normal, const Vec3& point) {
+    Plane plane{point, {}, {}, normal};
+    if (std::abs(normal.z) > 1 - 1e-12) {
+      plane.u = {1, 0, 0};
+      plane.v = {0, normal.z > 0 ? 1.0 : -1.0, 0};
+    } else {
+      plane.v = glm::normalize(Vec3{0, 0, 1} - normal.z * normal);
+      plane.u = glm::cross(plane.v, normal);
+    }
+    return plane;
+  }
+
+  static constexpr double normal_step_ = 4e-6;
+  double offset_step_;
+  Vec3 middle_;
+  std::map<std::array<std::int64_t, 4>, PlaneId> table_;
+};
+
+// ---- Grid lines -------------------------------------------------------------------------------------------------------
+
+/// Block lines along one axis: on the strongest edges of the architecture (weighted by their length), with uniform lines
+/// between. Lines through the walls save the slivers that a blind grid leaves beside them.
+std::vector<double> block_lines(const Scene& scene, const Box& box, int axis, double block) {
+  const double lo = box.lo[axis], hi = box.hi[axis];
+  const double tolerance = 1e-6 * std::max({box.size().x, box.size().y, box.size().z});
+  if (hi - lo < tolerance) return {lo - block / 2, hi + block / 2};
+
+  struct Candidate {
+    double coordinate, length;
+  };
+  std::vector<Candidate> edges;
+  for (const Surface& surface : scene.surfaces)
+    for (std::size_t k = 0; k < surface.corners.size(); ++k) {
+      const Vec3& a = surface.corners[k];
+      const Vec3& b = surface.corners[(k + 1) % surface.corners.size()];
+      if (std::abs(a[axis] - b[axis]) <= tolerance) edges.push_back({a[axis], glm::length(b - a)});
+    }
+  std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.coordinate < b.coordinate; });
+  std::vector<Candidate> merged;
+  for (const Candidate& edge : edges) {
+    if (!merged.empty() && edge.coordinate - merged.back().coordinate <= tolerance)
+      merged.back().length += edge.length;
+    else
+      merged.push_back(edge);
+  }
+  std::stable_sort(merged.begin(), merged.end(), [](const auto& a, const auto& b) { return a.length > b.length; });
+
+  // An edge earns a line of its own when it is at least as long as a block, and no other line is near.
+  std::vector<double> fixed{lo, hi};
+  for (const Candidate& candidate : merged) {
+    if (candidate.length < 2 * block) break;
+    const auto next = std::lower_bound(fixed.begin(), fixed.end(), candidate.coordinate);
+    const double gap_above = next == fixed.end() ? 1e300 : *next - candidate.coordinate;
+    const double gap_below = next == fixed.begin() ? 1e300 : candidate.coordinate - *(next - 1);
+    if (std::min(gap_above, gap_below) >= 0.4 * block) fixed.insert(next, candidate.coordinate);
+  }
+  std::vector<double> lines;
+  for (std::size_t i = 0; i + 1 < fixed.size(); ++i) {
+    const double gap = fixed[i + 1] - fixed[i];
+    const int parts = std::max(1, static_cast<int>(std::ceil(gap / block - 0.2)));
+    for (int p = 0; p < parts; ++p) lines.push_back(fixed[i] + gap * p / parts);
+  }
+  lines.push_back(hi);
+  return lines;
+}
+
+/// Index of the block between lines[k] and lines[k + 1] that holds the coordinate.
+std::size_t block_of(const std::vector<double>& lines, double coordinate) {
+  const auto above = std::upper_bound(lines.begin(), lines.end(), coordinate);
+  const auto index = static_cast<std::ptrdiff_t>(above - lines.begin()) - 1;
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(index, 0, static_cast<std::ptrdiff_t>(lines.size()) - 2));
+}
+
+Vec3 axis_direction(int axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
+
+void extent_along(std::span<const Vec3> corners, int axis, double& lo, double& hi) {
+  lo = 1e300, hi = -1e300;
+  for (const Vec3& c : corners) lo = std::min(lo, c[axis]), hi = std::max(hi, c[axis]);
+}
+
+/// The pieces of a convex polygon in the blocks it crosses.
+std::vector<Polygon> block_pieces(const Polygon& whole, const std::array<std::vector<double>, 3>& lines, double tolerance) {
+  std::vector<Polygon> pieces{whole};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<Polygon> cut;
+    for (Polygon& piece : pieces) {
+      double lo, hi;
+      extent_along(piece, axis, lo, hi);
+      const std::size_t first = block_of(lines[axis], lo + tolerance), last = block_of(lines[axis], hi - tolerance);
+      if (first >= last) {
+        cut.push_back(std::move(piece));
+        continue;
+      }
+      for (std::size_t k = first; k <= last; ++k) {
+        Polygon part = piece;
+        if (k > first) part = clipped(part, axis_direction(axis), lines[axis][k], tolerance);
+        if (k < last && !part.empty()) part = clipped(part, -axis_direction(axis), -lines[axis][k + 1], tolerance);
+        if (!part.empty()) cut.push_back(std::move(part));
+      }
+    }
+    pieces = std::move(cut);
+  }
+  return pieces;
+}
+
+/// Kernels and shots work with polygons of few corners: a disc of 64 is cut into pieces of at most `most`.
+std::vector<Polygon> limited(std::vector<Polygon> polygons, std::size_t most) {
+  std::vector<Polygon> result;
+  while (!polygons.empty()) {
+    Polygon polygon = std::move(polygons.back());
+    polygons.pop_back();
+    if (polygon.size() <= most) {
+      result.push_back(std::move(polygon));
+      continue;
+    }
+    const auto half = static_cast<std::ptrdiff_t>(polygon.size() / 2);
+    Polygon rest(polygon.begin() + half, polygon.end());
+    rest.push_back(polygon.front());
+    polygon.resize(static_cast<std::size_t>(half) + 1);
+    polygons.push_back(std::move(rest));
+    polygons.push_back(std::move(polygon));
+  }
+  std::reverse(result.begin(), result.end());
+  return result;
+}
+
+// ---- The cutter -------------------------------------------------------------------------------------------------------
+
+class Cutter {
+ public:
+  /// Halving a group twice and gridding a patch add up to 6 corners; the kernels take 20 (FlatShooter::max_corners).
+  static constexpr std::size_t max_group_corners = 10;
+
+  Cutter(const Scene& scene, Mesh& mesh, const Box& box)
+      : scene_(scene),
+        mesh_(mesh),
+        tolerance_(1e-7 * std::max({box.size().x, box.size().y, box.size().z})),
+        planes_(std::max({box.size().x, box.size().y, box.size().z}), box.centre()) {}
+
+  void cut_side(std::uint32_t surface_index, bool back, bool lit) {
+    const Surface& surface = scene_.surfaces[surface_index];
+    const Vec3 normal = back ? -surface.normal : surface.normal;
+    const PlaneId plane = planes_.find_or_add(normal, surface.corners[0], mesh_.planes);
+    for (Polygon& piece : limited(block_pieces(surface.corners, mesh_.lines, tolerance_), max_group_corners)) {
+      if (area(piece) <= tolerance_ * tolerance_) continue;
+      // Seen from the back the corners run clockwise: turn them round.
+      if (back) std::reverse(piece.begin(), piece.end());
+      add_group(piece, plane, surface_index, back, lit);
+    }
+  }
+
+ private:
+  void add_group(const Polygon& polygon, PlaneId plane_id, std::uint32_t surface, bool back, bool lit) {
+    const Plane& plane = mesh_.planes[plane_id.value];
+    Group group;
+    group.plane = plane_id;
+    group.surface = SurfaceId{surface};
+    group.back = back;
+    group.area = area(polygon);
+    group.centre = centroid(polygon);
+    for (const Vec3& c : polygon) group.radius = std::max(group.radius, glm::length(c - group.centre));
+    for (int axis = 0; axis < 3; ++axis)  // a side lying on a line belongs to the block in front of it
+      group.block[axis] = static_cast<std::uint16_t>(
+          block_of(mesh_.lines[axis], group.centre[axis] + 2 * tolerance_ * plane.normal[axis]));
+    group.polygon = add_polygon(polygon, plane);
+    group.first_patch = static_cast<std::uint32_t>(mesh_.patches.size());
+    const GroupId group_id{static_cast<std::uint32_t>(mesh_.groups.size())};
+
+    for (const Polygon& piece : halves(polygon, plane.normal, group.block)) add_patch(piece, plane_id, group_id, group);
+    group.patch_count = static_cast<std::uint32_t>(mesh_.patches.size()) - group.first_patch;
+    if (group.patch_count == 0) return;
+    mesh_.groups.push_back(group);
+    mesh_.group_is_lit.push_back(lit);
+  }
+
+  /// Cuts along the middle lines of the block, on the two axes the plane runs along, where the piece is long enough.
+  std::vector<Polygon> halves(const Polygon& polygon, const Vec3& normal, const std::array<std::uint16_t, 3>& block) const {
+    int flat_axis = 0;
+    for (int axis = 1; axis < 3; ++axis)
+      if (std::abs(normal[axis]) > std::abs(normal[flat_axis])) flat_axis = axis;
+    const double patch = mesh_.options.patch_size;
+    std::vector<Polygon> pieces{polygon};
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axis == flat_axis) continue;
+      double lo, hi;
+      extent_along(polygon, axis, lo, hi);
+      const double middle = 0.5 * (mesh_.lines[axis][block[axis]] + mesh_.lines[axis][block[axis] + 1]);
+      if (hi - lo <= 1.2 * patch || middle - lo < 0.2 * patch || hi - middle < 0.2 * patch) continue;
+      std::vector<Polygon> cut;
+      for (const Polygon& piece : pieces)
+        for (const double sign : {1.0, -1.0})
+          if (Polygon part = clipped(piece, sign * axis_direction(axis), sign * middle, tolerance_); !part.empty())
+            cut.push_back(std::move(part));
+      pieces = std::move(cut);
+    }
+    return pieces;
+  }
+
+  CornerRange add_polygon(const Polygon& polygon, const Plane& plane) {
+    const CornerRange range{static_cast<std::uint32_t>(mesh_.corners.size()), static_cast<std::uint32_t>(polygon.size())};
+    for (const Vec3& corner : polygon) mesh_.corners.push_back(plane.coordinates(corner));
+    return range;
+  }
+
+  void add_patch(const Polygon& polygon, PlaneId plane_id, GroupId group_id, const Group& group) {
+    const Plane& plane = mesh_.planes[plane_id.value];
+    const Surface& surface = scene_.surfaces[group.surface.value];
+    Patch patch;
+    patch.group = group_id;
+    patch.plane = plane_id;
+    patch.surface = group.surface;
+    patch.back = group.back;
+    patch.area = area(polygon);
+    if (patch.area <= tolerance_ * tolerance_) return;
+    patch.centre = centroid(polygon);
+    for (const Vec3& c : polygon) patch.radius = std::max(patch.radius, glm::length(c - patch.centre));
+    patch.polygon = add_polygon(polygon, plane);
+    patch.lo = Vec2{1e300}, patch.hi = Vec2{-1e300};
+    for (const Vec2& c : mesh_.polygon(patch.polygon)) patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
+    choose_grid(patch);
+    patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
+    add_elements(patch);
+    patch.element_count = static_cast<std::uint32_t>(mesh_.elements.size()) - patch.first_element;
+    if (patch.element_count == 0) return;
+    patch.reflectance = mean_reflectance(patch, plane, surface);
+    if (!patch.back) patch.exitance = std::numbers::pi * scene_.material_of(surface).radiance;
+    mesh_.patches.push_back(patch);
+  }
+
+  /// As many elements as the size asks for, at most 16 (one vector, one packet of rays), as square as that allows.
+  void choose_grid(Patch& patch) const {
+    const Vec2 size = patch.hi - patch.lo;
+    const double element = mesh_.options.element_size;
+    const auto wanted = [&](double length) {
+      return static_cast<int>(std::clamp(std::ceil(length / element - 0.25), 1.0, 16.0));
+    };
+    int columns = wanted(size.x), rows = wanted(size.y);
+    while (columns * rows > 16) {
+      if (rows == 1 || (columns > 1 && size.x / columns < size.y / rows))
+        --columns;
+      else
+        --rows;
+    }
+    patch.columns = static_cast<std::uint8_t>(columns);
+    patch.rows = static_cast<std::uint8_t>(rows);
+  }
+
+  void add_elements(const Patch& patch) {
+    const std::span<const Vec2> polygon = mesh_.polygon(patch.polygon);
+    const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
+    for (std::uint8_t row = 0; row < patch.rows; ++row)
+      for (std::uint8_t column = 0; column < patch.columns; ++column) {
+        const Vec2 lo = patch.lo + step * Vec2{column, row}, hi = lo + step;
+        Polygon2 piece(polygon.begin(), polygon.end());
+        const double slack = 1e-9 * (step.x + step.y);
+        if (column > 0) piece = clipped(piece, Vec2{1, 0}, lo.x, slack);
+        if (column + 1 < patch.columns && !piece.empty()) piece = clipped(piece, Vec2{-1, 0}, -hi.x, slack);
+        if (row > 0 && !piece.empty()) piece = clipped(piece, Vec2{0, 1}, lo.y, slack);
+        if (row + 1 < patch.rows && !piece.empty()) piece = clipped(piece, Vec2{0, -1}, -hi.y, slack);
+        if (piece.empty()) continue;
+        const double piece_area = signed_area(piece);
+        if (!(piece_area > 1e-9 * step.x * step.y)) continue;
+        mesh_.elements.push_back({centroid(std::span<const Vec2>(piece)), static_cast<float>(piece_area), column, row});
+      }
+  }
+
+  Rgb mean_reflectance(const Patch& patch, const Plane& plane, const Surface& surface) const {
+    const Material& material = scene_.material_of(surface);
+    if (!material.texture || surface.texcoords.empty()) return material.reflectance;
+    Rgb sum{0.0};
+    double weight = 0;
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+      const Element& element = mesh_.elements[e];
+      sum += static_cast<double>(element.area) * reflectance_at(scene_, surface, plane.point(element.centre));
+      weight += element.area;
+    }
+    return sum / weight;
+  }
+
+  const Scene& scene_;
+  Mesh& mesh_;
+  double tolerance_;
+  PlaneTable planes_;
+};
+
+double lit_area(const Scene& scene, std::span<const LitSides> lit) {
+  double total = 0;
+  for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
+    if (scene.material_of(scene.surfaces[s]).finish == Finish::glass) continue;
+    const LitSides sides = lit.empty() ? LitSides{} : lit[s];
+    total += scene.surfaces[s].area * (int{sides.front} + int{sides.back});
+  }
+  return total;
+}
+
+}  // namespace
+
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit) {
+  MUST(!scene.surfaces.empty());
+  MUST(lit.empty() || lit.size() == scene.surfaces.size());
+  Mesh mesh;
+  mesh.options = options;
+  mesh.lit_sides.assign(lit.begin(), lit.end());
+  const Box box = bounds(scene);
+  const double extent = std::max({box.size().x, box.size().y, box.size().z});
+  if (mesh.options.patch_size <= 0) {
+    const double total = std::max(lit_area(scene, lit), 1e-12 * extent * extent);
+    mesh.options.patch_size = options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
+  }
+  if (mesh.options.element_size <= 0) mesh.options.element_size = mesh.options.patch_size / 4;
+  for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, 2 * mesh.options.patch_size);
+
+  Cutter cutter(scene, mesh, box);
+  for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
+    if (scene.material_of(scene.surfaces[s]).finish == Finish::glass) continue;
+    const LitSides sides = lit.empty() ? LitSides{} : lit[s];
+    cutter.cut_side(s, false, sides.front);
+    if (sides.back) cutter.cut_side(s, true, true);
+  }
+  return mesh;
+}
+
+}  // namespace lichthof

@@ -1,0 +1,114 @@
+/// The mesh of a scene: surfaces cut by a rectilinear grid into groups, patches and elements.
+///
+/// A *group* is the piece of one surface side inside one block of the grid; cells are unions of blocks, so a group lies in
+/// exactly one cell whatever the topology (§2: "the same mesh can be used with different cell topologies"). A group holds
+/// up to 2x2 patches; it shoots as one towards receivers far away. A *patch* shoots; it is a group cut along the middle
+/// lines of its block. *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon.
+/// Group, patch and element are all convex polygons of one plane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/ids.hpp"
+#include "core/base/types.hpp"
+#include "core/scene/scene.hpp"
+
+namespace lichthof {
+
+/// An oriented plane that at least one surface side lies on. Coplanar sides that face the same way share it, whatever
+/// their material, so irradiance can be interpolated across them.
+struct Plane {
+  Vec3 origin;   ///< a point of the plane (m)
+  Vec3 u, v;     ///< unit, right-handed with `normal`; along the grid's axes where the plane allows it
+  Vec3 normal;   ///< unit, towards the side that is lit
+  Vec3 point(const Vec2& p) const { return origin + p.x * u + p.y * v; }
+  Vec2 coordinates(const Vec3& p) const {
+    const Vec3 d = p - origin;
+    return {glm::dot(d, u), glm::dot(d, v)};
+  }
+};
+
+/// Range of Mesh::corners: a convex polygon in plane coordinates, counter-clockwise seen from the lit side.
+struct CornerRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+struct Group {
+  PlaneId plane;
+  SurfaceId surface;
+  bool back = false;             ///< it is the back of its surface
+  std::uint32_t first_patch = 0;
+  std::uint32_t patch_count = 0; ///< 1..4
+  CornerRange polygon;
+  double area = 0;               ///< m²
+  double radius = 0;             ///< m; largest distance of a corner from the centre
+  Vec3 centre;                   ///< centre of gravity (m)
+  std::array<std::uint16_t, 3> block{};  ///< index of the block along x, y, z
+};
+
+struct Patch {
+  GroupId group;
+  PlaneId plane;
+  SurfaceId surface;
+  bool back = false;
+  std::uint8_t columns = 1, rows = 1;    ///< of elements; columns * rows ≤ 16
+  std::uint32_t first_element = 0;
+  std::uint32_t element_count = 0;       ///< ≤ columns * rows; empty ones are left out
+  CornerRange polygon;
+  Vec2 lo, hi;                           ///< bounding rectangle in plane coordinates (m)
+  double area = 0;                       ///< m²
+  double radius = 0;                     ///< m
+  Vec3 centre;                           ///< m
+  Rgb reflectance{0.0};                  ///< mean over the patch, texture included
+  Rgb exitance{0.0};                     ///< π Ke on the front (W/m²), 0 on the back
+};
+
+struct Element {
+  Vec2 centre;          ///< centre of gravity in plane coordinates (m)
+  float area = 0;       ///< m²
+  std::uint8_t column = 0, row = 0;
+};
+
+struct MeshOptions {
+  double patch_size = 0;    ///< m; 0: chosen from the scene's area so that about `target_elements` arise
+  double element_size = 0;  ///< m; 0: a quarter of the patch size
+  std::uint32_t target_elements = 12000;
+};
+
+/// Which sides of a surface light can reach at all; index = surface. What no light reaches gets no patches on its back,
+/// and dormant ones on its front. See core/light/lit_sides.
+struct LitSides {
+  bool front = true, back = true;
+};
+
+struct Mesh {
+  MeshOptions options;                          ///< with the sizes that were really used
+  std::array<std::vector<double>, 3> lines;     ///< block lines along x, y, z, ascending (m); cell boundaries lie on these
+  std::vector<Plane> planes;
+  std::vector<Group> groups;
+  std::vector<Patch> patches;                   ///< those of a group are contiguous
+  std::vector<Element> elements;                ///< those of a patch are contiguous
+  std::vector<Vec2> corners;                    ///< pool of all polygons
+  std::vector<std::uint8_t> group_is_lit;       ///< 0: dormant, light can not get there
+  std::vector<LitSides> lit_sides;              ///< as given to mesh_of(); the mesh follows from it, the scene and `options`
+
+  std::span<const Vec2> polygon(const CornerRange& range) const { return {corners.data() + range.first, range.count}; }
+  /// Rectangle of an element in plane coordinates, before clipping to the patch.
+  void element_rectangle(const Patch& patch, const Element& element, Vec2& lo, Vec2& hi) const {
+    const Vec2 size = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
+    lo = patch.lo + size * Vec2{element.column, element.row};
+    hi = lo + size;
+  }
+};
+
+/// Cuts a scene. Glass gets no patches: light passes it.
+/// @param lit  one entry per surface, or empty for "everything may be lit"
+/// @cost  O(patches), about 1 µs each
+/// @source paper §2 (grids projected onto every surface)
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit);
+
+}  // namespace lichthof

@@ -1,0 +1,66 @@
+/// A scene made ready for rays that scatter: what a ray meets, which glass is a pane and which a solid, how much light
+/// clear glass lets through. Shared, immutable, safe for any number of threads.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/light/raycast.hpp"
+#include "core/scene/scene.hpp"
+
+namespace lichthof {
+
+/// A point on one side of a surface.
+struct SurfacePoint {
+  std::uint32_t surface = 0;  ///< index into Scene::surfaces
+  bool back = false;          ///< on the back of it
+  Vec3 point;                 ///< on the surface's plane (m)
+  Vec3 normal;                ///< unit, out of this side
+};
+
+class TraceScene {
+ public:
+  /// @pre at least one surface
+  explicit TraceScene(std::shared_ptr<const Scene> scene);
+
+  const Scene& scene() const { return *scene_; }
+  const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
+  /// Rays that stop at glass.
+  const RayScene& rays() const { return rays_; }
+  /// Rays that glass does not stop.
+  const RayScene& clear_rays() const { return clear_ ? *clear_ : rays_; }
+  bool has_glass() const { return clear_ != nullptr; }
+  double size() const { return size_; }  ///< diagonal of the bounding box (m)
+
+  /// Distance by which ends of rays are lifted off surfaces (m).
+  double offset() const { return rays_.offset(); }
+  Vec3 lifted(const SurfacePoint& at) const { return at.point + offset() * at.normal; }
+
+  /// What a ray meets first; the point is put back onto the surface's plane. `direction` need not be unit.
+  std::optional<SurfacePoint> nearest(const Vec3& from, const Vec3& direction) const;
+  SurfacePoint surface_point(std::uint32_t surface, bool front, const Vec3& near_point) const;
+  /// The surface side that a point with this normal lies on, if any. @param tolerance  m
+  std::optional<SurfacePoint> surface_below(const Vec3& point, const Vec3& normal, double tolerance) const;
+
+  /// True for glass that bounds a closed volume (every edge shared by two faces): there rays are refracted. All other
+  /// glass is a pane: rays pass straight through its two faces.
+  bool is_solid_glass(std::uint32_t surface) const { return has_glass() && solid_[surface] != 0; }
+
+  /// Share of light that clear glass lets through between two points (1); the direction is not bent, solids count each of
+  /// their faces. @param solids_block  true: solid glass counts as opaque @returns 1 without glass
+  double transmittance(const Vec3& from, const Vec3& to, bool solids_block = false) const;
+
+ private:
+  void find_solids();
+
+  std::shared_ptr<const Scene> scene_;
+  double size_;
+  RayScene rays_;
+  std::unique_ptr<RayScene> clear_;  ///< without glass; null when there is none
+  std::unique_ptr<RayScene> glass_only_;
+  std::vector<std::uint32_t> glass_surfaces_;  ///< surface behind each index of glass_only_
+  std::vector<std::uint8_t> solid_;
+};
+
+}  // namespace lichthof

@@ -1,0 +1,53 @@
+#include "core/tracing/worker.hpp"
+
+#include <algorithm>
+
+#include "core/base/check.hpp"
+
+namespace lichthof {
+
+Worker::Worker(WorkerId id, std::shared_ptr<const ColumnSource> source, std::uint32_t columns_per_step)
+    : id_(id), source_(std::move(source)), columns_per_step_(columns_per_step) {
+  MUST(columns_per_step >= 1);
+}
+
+void Worker::accept(const Envelope& envelope, Instant) {
+  const auto* assignment = std::get_if<JobAssignment>(&envelope.message);
+  if (!assignment || traced_ < job_.last) return;  // one job at a time: only what was asked for is taken
+  if (assignment->no_more) {
+    resting_ = true;
+    return;
+  }
+  if (assignment->job.first >= assignment->job.last || assignment->job.last > source_->width()) return;
+  job_ = assignment->job;
+  traced_ = job_.first;
+  pixels_.clear();
+  rays_ = 0;
+}
+
+Effects Worker::step(Instant) {
+  MUST(has_work());
+  Effects effects;
+  if (!asked_) {
+    asked_ = true;
+    effects.outbox.push_back({id_, ToBalancer{}, JobRequest{id_}});
+    return effects;
+  }
+  const ColumnJob slice{traced_, std::min(traced_ + columns_per_step_, job_.last)};
+  std::uint64_t rays = 0;
+  const std::vector<Rgbf> pixels = source_->columns(slice, rays);
+  MUST(pixels.size() == std::size_t{slice.size()} * source_->height());
+  pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
+  rays_ += rays;
+  traced_ = slice.last;
+  effects.work.rays = rays;
+  effects.work.pixels_traced = pixels.size();
+  if (traced_ == job_.last) {
+    effects.outbox.push_back({id_, ToBalancer{}, ColumnResult{id_, job_, std::move(pixels_), rays_, 0}});
+    effects.outbox.push_back({id_, ToBalancer{}, JobRequest{id_}});
+    pixels_.clear();
+  }
+  return effects;
+}
+
+}  // namespace lichthof
