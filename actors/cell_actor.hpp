@@ -1,0 +1,34 @@
+/// A cell in real time: the machine of core/cell with a mailbox.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "actors/board.hpp"
+#include "actors/drive.hpp"
+#include "core/cell/cell.hpp"
+
+namespace lichthof::actors {
+
+/// What the actors of a first pass share.
+struct RunContext {
+  Clock clock;
+  std::shared_ptr<Board> board;
+  std::shared_ptr<Meters> meters;  ///< may be empty
+};
+
+struct CellState : Driven<Cell> {
+  static constexpr const char* name = "cell";
+  RunContext context;
+  ReportSink controller;
+  std::vector<std::pair<CellId, HemicubeSink>> neighbours;  ///< at most two along each axis
+  std::uint64_t seen = 0;                                   ///< see Board::is_asked
+};
+using CellSelf = caf::stateful_actor<CellState, Metered<CellActor::base>>;
+
+/// It rests until it is introduced to the others. @param cell  nobody else touches it while the actor lives
+CellActor::behavior_type cell_actor(CellSelf* self, std::shared_ptr<Cell> cell, RunContext context);
+
+}  // namespace lichthof::actors

@@ -1,0 +1,263 @@
+#include "actors/codec.hpp"
+
+#include <bit>
+#include <string>
+#include <type_traits>
+
+#include "core/base/check.hpp"
+
+namespace lichthof::actors {
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// No message of a sound peer comes near these.
+constexpr std::uint32_t max_corners = 1u << 12, max_patches = 1u << 8, max_places = 1u << 12, max_bitmap_bytes = 1u << 20;
+constexpr std::uint32_t max_pixels = max_message_bytes / 12;
+
+/// Fewest bytes an element of a list takes: what bounds the count by the bytes that are left.
+template <class T>
+constexpr std::size_t least_bytes = sizeof(T);
+template <>
+constexpr std::size_t least_bytes<ShotPatch> = 70;
+
+class Writer {
+ public:
+  static constexpr bool reads = false;
+  explicit Writer(Bytes& bytes) : bytes_(bytes) {}
+  template <class... T>
+  void operator()(const T&... values) {
+    (value(values), ...);
+  }
+  template <class T>
+  void list(const std::vector<T>& values, std::uint32_t most) {
+    MUST(values.size() <= most);
+    value(static_cast<std::uint32_t>(values.size()));
+    if constexpr (std::is_same_v<T, std::uint8_t>)
+      bytes_.insert(bytes_.end(), values.begin(), values.end());
+    else
+      for (const T& one : values) value(one);
+  }
+
+ private:
+  template <class T>
+  void value(const T& v);
+  Bytes& bytes_;
+};
+
+class Reader {
+ public:
+  static constexpr bool reads = true;
+  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  template <class... T>
+  void operator()(T&... values) {
+    (value(values), ...);
+  }
+  template <class T>
+  void list(std::vector<T>& values, std::uint32_t most) {
+    std::uint32_t count = 0;
+    value(count);
+    if (count > most || count > bytes_.size() / least_bytes<T>) return refuse();
+    if constexpr (std::is_same_v<T, std::uint8_t>) {
+      values.assign(bytes_.begin(), bytes_.begin() + count);
+      bytes_ = bytes_.subspan(count);
+    } else {
+      values.resize(count);
+      for (T& one : values) {
+        if (refused_) return;
+        value(one);
+      }
+    }
+  }
+  void refuse() {
+    refused_ = true;
+    bytes_ = {};
+  }
+  bool refused() const { return refused_; }
+  bool at_end() const { return bytes_.empty(); }
+
+ private:
+  template <class T>
+  void value(T& v);
+  std::span<const std::uint8_t> bytes_;
+  bool refused_ = false;
+};
+
+// ---- The fields, once for both directions -----------------------------------------------------------------------------
+
+/// A message to be written, or one to be filled in.
+template <class Codec, class T>
+using Field = std::conditional_t<Codec::reads, T&, const T&>;
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, Vec2> v) { c(v.x, v.y); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, Vec3> v) { c(v.x, v.y, v.z); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, Rgbf> v) { c(v.x, v.y, v.z); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, ShotId> id) { c(id.cell, id.sequence); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, Plane> plane) { c(plane.origin, plane.u, plane.v, plane.normal); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, ColumnJob> job) { c(job.first, job.last); }
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, ShotPatch> patch) {
+  c(patch.columns, patch.rows, patch.lo, patch.hi, patch.reflected, patch.emitted);
+  c.list(patch.corners, max_corners);
+  c.list(patch.delta, max_places);
+  c.list(patch.area, max_places);
+}
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, Shot> shot) {
+  c(shot.id, shot.version, shot.plane, shot.centre, shot.radius, shot.area);
+  c.list(shot.corners, max_corners);
+  c.list(shot.patches, max_patches);
+}
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, HemicubeMessage> message) {
+  c(message.from, message.closed);
+  c.list(message.bitmap, max_bitmap_bytes);
+  if constexpr (Codec::reads) {
+    auto shot = std::make_shared<Shot>();
+    c(*shot);
+    message.shot = std::move(shot);
+  } else {
+    MUST(message.shot);
+    c(*message.shot);
+  }
+}
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, StartRadiosity> message) { c(message.epoch, message.threshold_w); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, CellReady> message) { c(message.cell, message.largest_initial_power_w); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, CellReport> report) {
+  c(report.cell, report.epoch, report.wave, report.idle, report.messages_sent, report.messages_processed, report.shots,
+    report.strongest_w, report.unshot_w, report.emitted_w);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, PollCell> message) { c(message.epoch, message.wave); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, StopRadiosity> message) { c(message.epoch); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, SetEmission> change) { c(change.material, change.radiance); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, SetReflectance> change) { c(change.material, change.reflectance); }
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, GeometryChange> message) {
+  auto kind = static_cast<std::uint8_t>(message.change.index());
+  c(message.version, kind);
+  if constexpr (Codec::reads) {
+    if (kind > 1) return c.refuse();
+    if (kind == 0) message.change = SetEmission{};
+    if (kind == 1) message.change = SetReflectance{};
+  }
+  std::visit([&](auto& change) { c(change); }, message.change);
+}
+
+template <class Codec>
+void fields(Codec& c, Field<Codec, JobRequest> message) { c(message.worker); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, JobAssignment> message) { c(message.job, message.no_more); }
+template <class Codec>
+void fields(Codec& c, Field<Codec, ColumnResult> result) {
+  c(result.worker, result.job, result.rays, result.seconds);
+  c.list(result.pixels, max_pixels);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, WorkerLost> message) { c(message.worker); }
+
+// ---- Values -----------------------------------------------------------------------------------------------------------
+
+template <class T>
+void Writer::value(const T& v) {
+  if constexpr (std::is_same_v<T, bool>) {
+    bytes_.push_back(v ? 1 : 0);
+  } else if constexpr (std::is_unsigned_v<T>) {
+    for (std::size_t i = 0; i < sizeof(T); ++i) bytes_.push_back(static_cast<std::uint8_t>(v >> (8 * i)));
+  } else if constexpr (std::is_same_v<T, float>) {
+    value(std::bit_cast<std::uint32_t>(v));
+  } else if constexpr (std::is_same_v<T, double>) {
+    value(std::bit_cast<std::uint64_t>(v));
+  } else if constexpr (requires { v.value; }) {
+    value(v.value);
+  } else {
+    fields(*this, v);
+  }
+}
+
+template <class T>
+void Reader::value(T& v) {
+  if constexpr (std::is_same_v<T, bool>) {
+    std::uint8_t byte = 0;
+    value(byte);
+    if (byte > 1) return refuse();
+    v = byte == 1;
+  } else if constexpr (std::is_unsigned_v<T>) {
+    if (bytes_.size() < sizeof(T)) return refuse();
+    v = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) v = static_cast<T>(v | static_cast<T>(bytes_[i]) << (8 * i));
+    bytes_ = bytes_.subspan(sizeof(T));
+  } else if constexpr (std::is_same_v<T, float>) {
+    std::uint32_t bits = 0;
+    value(bits);
+    v = std::bit_cast<float>(bits);
+  } else if constexpr (std::is_same_v<T, double>) {
+    std::uint64_t bits = 0;
+    value(bits);
+    v = std::bit_cast<double>(bits);
+  } else if constexpr (requires { v.value; }) {
+    value(v.value);
+  } else {
+    fields(*this, v);
+  }
+}
+
+/// Reads a message of the kind with this number. @returns false when there is no such kind
+template <std::size_t K = 0>
+bool read_kind(std::size_t kind, Reader& reader, Message& message) {
+  if constexpr (K == std::variant_size_v<Message>) {
+    return false;
+  } else {
+    if (kind != K) return read_kind<K + 1>(kind, reader, message);
+    reader(message.emplace<K>());
+    return true;
+  }
+}
+
+Error refused(std::string what) {
+  return {ErrorCode::bad_input, "message", std::move(what) + "; it is damaged or from another version of the program"};
+}
+
+}  // namespace
+
+Bytes encode(const Message& message) {
+  Bytes bytes;
+  if (const auto* result = std::get_if<ColumnResult>(&message)) bytes.reserve(64 + 12 * result->pixels.size());
+  if (const auto* light = std::get_if<HemicubeMessage>(&message)) bytes.reserve(2048 + light->bitmap.size());
+  bytes.push_back(wire_version);
+  bytes.push_back(static_cast<std::uint8_t>(message.index()));
+  Writer writer(bytes);
+  std::visit([&](const auto& one) { writer(one); }, message);
+  return bytes;
+}
+
+Expected<Message> decode(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 2) return refused("shorter than its header");
+  if (bytes[0] != wire_version) return refused("wire form " + std::to_string(bytes[0]) + " instead of " + std::to_string(wire_version));
+  Message message;
+  Reader reader(bytes.subspan(2));
+  if (!read_kind(bytes[1], reader, message)) return refused("unknown kind " + std::to_string(bytes[1]));
+  if (reader.refused()) return refused("a field is cut off or out of bounds");
+  if (!reader.at_end()) return refused("longer than its fields");
+  return message;
+}
+
+}  // namespace lichthof::actors

@@ -1,0 +1,69 @@
+/// What an actor's work looks like from outside: counters that any thread may read while the actor runs.
+#pragma once
+
+#include <atomic>
+#include <caf/all.hpp>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace lichthof::actors {
+
+/// Of one actor. Counts grow for ever; readers take differences.
+struct Meter {
+  std::string name;                            ///< "cell 3"; set before the meter is shown
+  std::atomic<std::uint64_t> busy_ns{0};       ///< time spent in handlers
+  std::atomic<std::uint64_t> runs{0};          ///< times it was given a thread
+  std::atomic<std::uint64_t> arrived{0};       ///< messages
+  std::atomic<std::uint64_t> steps{0};         ///< of its machine
+  std::atomic<std::uint64_t> depth{0};         ///< messages waiting when it last got a thread
+};
+
+/// The meters of a run. Actors add theirs; monitoring reads them. A meter stays when its actor is gone.
+class Meters {
+ public:
+  void add(std::shared_ptr<const Meter> meter);
+  std::vector<std::shared_ptr<const Meter>> all() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<const Meter>> meters_;
+};
+
+/// An actor that is metered, whatever it does: `stateful_actor<State, Metered<Interface::base>>`.
+template <class Base>
+class Metered : public Base {
+ public:
+  explicit Metered(caf::actor_config& config) : Base(config) {}
+
+  Meter& meter() { return *meter_; }
+  /// Gives the meter its name and shows it; nothing is shown without `meters`.
+  void show_meter(const std::shared_ptr<Meters>& meters, const std::string& name) {
+    meter_->name = name;
+    if (meters) meters->add(meter_);
+  }
+
+  using Base::enqueue;
+  void enqueue(caf::mailbox_element_ptr element, caf::execution_unit* unit) override {
+    meter_->arrived.fetch_add(1, std::memory_order_relaxed);
+    Base::enqueue(std::move(element), unit);
+  }
+  caf::resumable::resume_result resume(caf::execution_unit* unit, std::size_t max_throughput) override {
+    const std::shared_ptr<Meter> meter = meter_;  // the actor may be gone afterwards
+    meter->depth = this->mailbox().size();
+    const auto start = std::chrono::steady_clock::now();
+    const auto result = Base::resume(unit, max_throughput);
+    const auto spent = std::chrono::steady_clock::now() - start;
+    meter->busy_ns += static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(spent).count());
+    ++meter->runs;
+    return result;
+  }
+
+ private:
+  std::shared_ptr<Meter> meter_ = std::make_shared<Meter>();
+};
+
+}  // namespace lichthof::actors

@@ -1,0 +1,14 @@
+#include "actors/system_config.hpp"
+
+#include "actors/wire.hpp"
+
+namespace lichthof::actors {
+
+SystemConfig::SystemConfig(const SystemOptions& options) {
+  add_message_types<caf::id_block::lichthof>();
+  set("scheduler.policy", caf::atom("sharing"));
+  set("scheduler.max-threads", options.threads);
+  set("scheduler.max-throughput", options.max_throughput);
+}
+
+}  // namespace lichthof::actors

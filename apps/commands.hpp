@@ -1,0 +1,18 @@
+/// The commands of `lichthof`. Each of these functions adds one subcommand with its options and help to the program; when
+/// the command line names it, `chosen` becomes what is to be run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "apps/common/options.hpp"
+
+namespace lichthof::apps {
+
+void add_render(CLI::App& program, Command& chosen);
+void add_solve(CLI::App& program, Command& chosen);
+void add_probe(CLI::App& program, Command& chosen);
+void add_export(CLI::App& program, Command& chosen);
+void add_convert(CLI::App& program, Command& chosen);
+void add_doctor(CLI::App& program, Command& chosen);
+
+}  // namespace lichthof::apps

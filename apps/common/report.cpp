@@ -1,0 +1,125 @@
+#include "apps/common/report.hpp"
+
+#include <sys/resource.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "core/light/kernels/kernels.hpp"
+
+namespace lichthof::apps {
+
+namespace {
+
+std::string shown(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::uint64_t cell_count(const RunRecord& record) {
+  return std::uint64_t{record.cells[0]} * record.cells[1] * record.cells[2];
+}
+
+nlohmann::json energy_json(const RunRecord& record) {
+  // Without a first pass nobody has kept the ledger.
+  if (!record.has_first_pass)
+    return {{"emitted", record.emitted_w}, {"absorbed", nullptr}, {"escaped", nullptr}, {"unshot", nullptr}, {"residual", nullptr}};
+  const EnergyLedger& energy = record.energy;
+  return {{"emitted", energy.emitted},
+          {"absorbed", energy.absorbed},
+          {"escaped", energy.escaped},
+          {"unshot", energy.unshot},
+          {"residual", energy.residual()}};
+}
+
+nlohmann::json counters_json(const SolveCounters& counters) {
+  return {{"form_factors", counters.form_factors},   {"messages", counters.messages},
+          {"bitmap_bytes", counters.bitmap_bytes},   {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
+          {"cells_skipped", counters.cells_skipped}, {"clusters_tested", counters.clusters_tested},
+          {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut}};
+}
+
+}  // namespace
+
+nlohmann::json json(const RunRecord& record) {
+  const RunRecord::Seconds& s = record.seconds;
+  nlohmann::json document = {
+      {"command", record.command},
+      {"version", LICHTHOF_VERSION},
+      {"input", record.input},
+      {"output", record.output},
+      {"method", record.method},
+      {"elements", record.elements},
+      {"patches", record.patches},
+      {"cells", cell_count(record)},
+      {"cell_grid", record.cells},
+      {"nodes", 1},
+      {"threads", record.threads},
+      {"vector", kernels().name},
+      {"shots", record.counters.shots},
+      {"rays", record.counters.rays + record.traced_rays},
+      {"seconds", {{"load", s.load}, {"mesh", s.mesh}, {"radiosity", s.radiosity}, {"rays", s.rays}, {"total", s.total}}},
+      {"energy", energy_json(record)},
+      {"error_estimate", nullptr},
+      {"bytes_sent", record.counters.bytes_sent},
+      {"peak_memory_bytes", peak_memory_bytes()},
+      {"converged", record.has_first_pass ? nlohmann::json(record.converged) : nlohmann::json(nullptr)},
+      {"counters", counters_json(record.counters)},
+      {"solution", record.kept_solution.empty() ? nlohmann::json(nullptr) : nlohmann::json(record.kept_solution)},
+      {"import", record.import ? record.import->json() : nlohmann::json(nullptr)},
+  };
+  document.update(record.more);
+  return document;
+}
+
+std::vector<std::string> summary(const RunRecord& record, const std::string& done) {
+  std::vector<std::string> lines{done};
+  if (record.has_first_pass) {
+    lines.push_back(grouped(record.elements) + " elements in " + grouped(record.patches) + " patches, " + grouped(cell_count(record)) +
+                    (cell_count(record) == 1 ? " cell, " : " cells, ") + grouped(record.counters.shots) + " shots, " +
+                    grouped(record.counters.rays + record.traced_rays) + " rays" +
+                    (record.counters.bytes_sent > 0 ? ", " + grouped(record.counters.bytes_sent) + " bytes between cells" : ""));
+    const EnergyLedger& energy = record.energy;
+    const double percent = energy.emitted > 0 ? 100 / energy.emitted : 0;
+    lines.push_back("energy: " + shown("%.4g W emitted = ", energy.emitted) + shown("%.2f %% absorbed + ", percent * energy.absorbed) +
+                    shown("%.2f %% escaped + ", percent * energy.escaped) + shown("%.2f %% unshot, ", percent * energy.unshot) +
+                    shown("residual %.1e", energy.residual()));
+  } else {
+    lines.push_back(grouped(record.traced_rays) + " rays");
+  }
+  const RunRecord::Seconds& s = record.seconds;
+  lines.push_back(shown("%.2f s", s.total) + shown(" (load %.2f,", s.load) + shown(" mesh %.2f,", s.mesh) +
+                  shown(" radiosity %.2f,", s.radiosity) + shown(" rays %.2f)", s.rays) + " on " + std::to_string(record.threads) +
+                  (record.threads == 1 ? " thread" : " threads") +
+                  shown(", %.0f MB", static_cast<double>(peak_memory_bytes()) / 1e6));
+  return lines;
+}
+
+Status print(const OutputOptions& options, const nlohmann::json& document, const std::vector<std::string>& lines) {
+  std::string text;
+  if (options.json)
+    // Names of files may be in any encoding; JSON is UTF-8.
+    text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  else if (!options.quiet)
+    for (const std::string& line : lines) text += line + "\n";
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    return Error{ErrorCode::io, "stdout", std::string("cannot be written: ") + std::strerror(errno)};
+  return Done{};
+}
+
+std::uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+std::string grouped(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (std::size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, " ");
+  return text;
+}
+
+}  // namespace lichthof::apps

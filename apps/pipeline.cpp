@@ -1,0 +1,299 @@
+#include "apps/pipeline.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "actors/local_run.hpp"
+#include "apps/common/camera_choice.hpp"
+#include "apps/common/progress.hpp"
+#include "core/light/lit_sides.hpp"
+#include "core/tracing/column_tracer.hpp"
+#include "io/solution_file.hpp"
+
+namespace lichthof::apps {
+
+namespace {
+
+// 64 rays from each block of a surface: an opening that all rays of a cavity of 50 blocks miss covers 0.1 % of its view.
+constexpr std::uint32_t lit_sides_rays = 64;
+// Blocks are numbered with 16 bits along each axis.
+constexpr double most_blocks = 60000;
+constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
+
+double total_area(const Scene& scene) {
+  double area = 0;
+  for (const Surface& surface : scene.surfaces) area += surface.area;
+  return area;
+}
+
+/// Size of a block (m) before the mesh is there: both sides of all surfaces could be lit, one side usually is.
+double expected_block(const Scene& scene, const MeshOptions& options) {
+  if (options.patch_size > 0) return 2 * options.patch_size;
+  if (options.element_size > 0) return 8 * options.element_size;
+  return 8 * std::sqrt(total_area(scene) / options.target_elements);
+}
+
+/// Refuses sizes that are typing errors before memory is taken for them.
+Status plausible_sizes(const Scene& scene, const MeshOptions& options) {
+  if (options.patch_size <= 0 && options.element_size <= 0) return Done{};
+  const double patch = options.patch_size > 0 ? options.patch_size : 4 * options.element_size;
+  // A patch holds at most 16 elements, however small they are asked to be.
+  const double element = std::max(options.element_size > 0 ? options.element_size : patch / 4, patch / 4);
+  const double elements = 2 * total_area(scene) / (element * element);
+  const char* option = options.patch_size > 0 ? "--patch" : "--element";
+  if (elements > most_elements) {
+    char text[160];
+    std::snprintf(text, sizeof text, "would cut the scene into some %.2g elements, at most %.2g are possible; choose a larger size", elements,
+                  static_cast<double>(most_elements));
+    return Error{ErrorCode::bad_input, option, text};
+  }
+  if (max_channel(bounds(scene).size()) / (2 * patch) > most_blocks)
+    return Error{ErrorCode::bad_input, option, "is below a hundred-thousandth of the scene's size; choose a larger size"};
+  return Done{};
+}
+
+double emitted_power_w(const Scene& scene) {
+  double power = 0;
+  for (const Surface& surface : scene.surfaces) power += std::numbers::pi * surface.area * sum_channels(scene.material_of(surface).radiance);
+  return power;
+}
+
+}  // namespace
+
+Run::Run(const char* command, const RunOptions& options, Method default_method, const Interruption& interruption)
+    : options_(options),
+      method_(options.method ? method_named(*options.method) : default_method),
+      interruption_(interruption),
+      parallel_(std::make_shared<Parallel>(threads_to_use(options.threads))) {
+  record_.command = command;
+  record_.input = options.input;
+  record_.output = options.output;
+  record_.method = name_of(method_);
+  record_.threads = parallel_->threads();
+}
+
+// ---- Load -------------------------------------------------------------------------------------------------------------
+
+Status Run::load(bool resumes) {
+  const Stopwatch watch;
+  const Status loaded = io::is_solution_file(options_.input) ? load_solution(resumes) : load_scene();
+  if (!loaded) return loaded;
+  record_.emitted_w = emitted_power_w(*scene_);
+  record_.seconds.load = watch.seconds();
+  return expect_light();
+}
+
+Status Run::load_scene() {
+  Expected<io::LoadedScene> loaded = io::read_scene(options_.input, options_.read);
+  if (!loaded) return loaded.error();
+  for (const std::string& line : loaded->report.text()) {
+    constexpr std::string_view warning = "warning: ";
+    if (line.starts_with(warning))
+      spdlog::warn("{}", line.substr(warning.size()));
+    else
+      spdlog::info("{}", line);
+  }
+  record_.import = std::move(loaded->report);
+  scene_ = std::make_shared<const Scene>(std::move(loaded->scene));
+  frame_ = scene_->file_frame;
+  return Done{};
+}
+
+Status Run::load_solution(bool resumes) {
+  const auto refused = [this](const std::string& option, const std::string& why) {
+    return Error{ErrorCode::bad_input, option, options_.input + " " + why};
+  };
+  const FirstPassOptions& first = options_.first_pass;
+  if (!resumes && !first.given().empty()) return refused(first.given(), "is solved already; continue it with: lichthof solve " + options_.input);
+  if (!first.mesh_given().empty()) return refused(first.mesh_given(), "has its mesh already; solve the scene anew for another one");
+  Expected<Solution> solution = io::read_solution(options_.input);
+  if (!solution) return solution.error();
+  const bool was_hemicube = solution->options.method == TransferMethod::hemicube;
+  if (method_ == Method::hemicube && !was_hemicube) return refused("--method hemicube", "was solved with shadow rays");
+  if (was_hemicube && resumes) method_ = Method::hemicube, record_.method = name_of(method_);
+  Expected<FileFrame> frame = io::frame_with(solution->scene->file_frame, options_.read);
+  if (!frame) return frame.error();
+  frame_ = *frame;
+  scene_ = solution->scene;
+  mesh_ = solution->mesh;
+  solution_ = std::move(*solution);
+  if (!solution_->converged && !resumes)
+    spdlog::warn("{}: is not solved to its end; continue it with: lichthof solve {} -o {}", options_.input, options_.input, options_.input);
+  return Done{};
+}
+
+Status Run::expect_light() const {
+  if (record_.emitted_w > 0) return Done{};
+  const std::string message =
+      "there is no luminaire: give a material an emission (Ke in its MTL file: radiance in W/(m² sr); emission in a scene file)";
+  if (has_first_pass(method_)) return Error{ErrorCode::bad_input, options_.input, message};
+  spdlog::warn("{}: {}", options_.input, message);
+  return Done{};
+}
+
+// ---- Mesh -------------------------------------------------------------------------------------------------------------
+
+MeshOptions Run::mesh_options() const {
+  const FirstPassOptions& first = options_.first_pass;
+  MeshOptions wanted;
+  wanted.patch_size = first.patch.value_or(0) * frame_.metres_per_unit;
+  wanted.element_size = first.element.value_or(0) * frame_.metres_per_unit;
+  if (first.elements) wanted.target_elements = *first.elements;
+  if (first.mesh_given().empty() && scene_->patch_size) wanted.patch_size = *scene_->patch_size;
+  return wanted;
+}
+
+Status Run::mesh() {
+  const MeshOptions wanted = mesh_options();
+  if (Status plausible = plausible_sizes(*scene_, wanted); !plausible) return plausible;
+  if (wanted.element_size > 0 && wanted.element_size < wanted.patch_size / 4)
+    spdlog::warn("--element: a patch holds at most 16 elements; those of --patch {} are larger than asked for", *options_.first_pass.patch);
+  const RayScene rays(*scene_, scene_->surfaces, bounds(*scene_).centre(), Glass::clear);
+  const std::vector<LitSides> lit = lit_sides(*scene_, rays, expected_block(*scene_, wanted), lit_sides_rays, *parallel_);
+  auto mesh = std::make_shared<Mesh>(mesh_of(*scene_, wanted, lit));
+  if (mesh->elements.empty())
+    return Error{ErrorCode::bad_input, options_.input, "has no face that could be lit: glass and hidden faces hold no light"};
+  spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh->options.patch_size, mesh->options.element_size);
+  mesh_ = std::move(mesh);
+  return Done{};
+}
+
+Status Run::divide() {
+  CellsWanted wanted;
+  if (options_.first_pass.cells)
+    wanted = *cells_wanted(*options_.first_pass.cells);  // checked when the command line was read
+  else if (solution_)
+    wanted.along = solution_->options.cells;
+  Expected<CellGrid> grid = partition(*mesh_, bounds(*scene_), wanted);
+  if (!grid) return grid.error();
+  grid_ = std::make_shared<const CellGrid>(std::move(*grid));
+  return Done{};
+}
+
+// ---- Radiosity --------------------------------------------------------------------------------------------------------
+
+SolveOptions Run::solve_options() const {
+  const FirstPassOptions& first = options_.first_pass;
+  SolveOptions options;
+  if (solution_)
+    options = solution_->options;
+  else
+    options.mesh = mesh_options(), options.hemicube_resolution = default_hemicube, options.eps = default_eps;
+  if (first.eps) options.eps = *first.eps;
+  if (first.hemicube) options.hemicube_resolution = *first.hemicube;
+  if (!solution_ && method_ == Method::hemicube) options.method = TransferMethod::hemicube;
+  options.cells = grid_->size();
+  return options;
+}
+
+Status Run::solve() {
+  const Stopwatch mesh_watch;
+  if (!mesh_)
+    if (Status meshed = mesh(); !meshed) return meshed;
+  if (Status divided = divide(); !divided) return divided;
+  record_.seconds.mesh = mesh_watch.seconds();
+
+  const Stopwatch watch;
+  ProgressLine line(!options_.talk.quiet);
+  actors::SolveRun run;
+  run.scene = scene_;
+  run.mesh = mesh_;
+  run.grid = grid_;
+  run.options = solve_options();
+  run.parallel = parallel_;
+  run.resume = solution_ ? &*solution_ : nullptr;
+  run.stop = &interruption_.asked();
+  run.progress = [&line](const RadiosityProgress& progress) { line.show(progress); };
+  const Interruption::Deferral deferral;
+  Solution solution = actors::solve(run);
+  solution_ = std::move(solution);
+  record_.seconds.radiosity = watch.seconds();
+  return Done{};
+}
+
+Status Run::keep(const std::string& path) {
+  const Interruption::Deferral deferral;
+  if (Status written = io::write_solution(path, *solution_); !written) return written;
+  record_.kept_solution = path;
+  return Done{};
+}
+
+// ---- Rays -------------------------------------------------------------------------------------------------------------
+
+std::shared_ptr<const LitScene> Run::lit_scene() const {
+  return solution_ ? std::make_shared<const LitScene>(*solution_) : std::make_shared<const LitScene>(scene_);
+}
+
+Expected<Camera> Run::camera(const PictureOptions& wanted) const {
+  return chosen_camera(wanted.camera, TraceScene(scene_), frame_, static_cast<double>(wanted.width) / wanted.height);
+}
+
+std::unique_ptr<const ColumnSource> Run::column_source(const PinholeCamera& camera, const PictureOptions& wanted) const {
+  // Each worker is a thread of its own; the source starts no further ones.
+  const auto alone = std::make_shared<const Parallel>(1);
+  if (method_ == Method::reference)
+    return std::make_unique<ReferenceTracer>(lit_scene(), camera, wanted.samples.value_or(default_reference_samples), alone);
+  TracingOptions tracing;
+  tracing.method = method_ == Method::raytrace    ? TracingMethod::raytrace
+                   : method_ == Method::radiosity ? TracingMethod::radiosity
+                                                  : TracingMethod::two_pass;
+  tracing.samples = wanted.samples.value_or(default_samples);
+  tracing.gather_rays = wanted.gather_rays;
+  return std::make_unique<ColumnTracer>(lit_scene(), camera, tracing, alone);
+}
+
+Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted) {
+  const Stopwatch watch;
+  ProgressLine line(!options_.talk.quiet);
+  actors::TraceRun run;
+  run.source = column_source(PinholeCamera(camera, wanted.width, wanted.height), wanted);
+  run.workers = parallel_->threads();
+  run.scheduling = wanted.scheduling;
+  run.stop = &interruption_.asked();
+  run.progress = [&line](double share) { line.show(share); };
+  const Interruption::Deferral deferral;
+  actors::TraceResult result = actors::trace(run);
+  record_.traced_rays += result.rays;
+  record_.seconds.rays = watch.seconds();
+  record_.more["jobs"] = result.jobs;
+  record_.more["idle_seconds"] = result.idle_seconds;
+  if (!result.complete) return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
+  return std::move(result.image);
+}
+
+std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays) {
+  const Stopwatch watch;
+  ProbeOptions options;
+  options.indirect = gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
+  if (gather_rays > 0) options.gather_rays = gather_rays;
+  std::vector<Rgb> irradiance = sensor_irradiance(lit_scene(), points, options, *parallel_, record_.traced_rays);
+  record_.seconds.rays = watch.seconds();
+  return irradiance;
+}
+
+std::vector<Estimate> Run::reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples) {
+  const Stopwatch watch;
+  std::vector<Estimate> estimates =
+      lichthof::reference_irradiance(PathTracer(lit_scene()), points, samples, *parallel_, record_.traced_rays);
+  record_.seconds.rays = watch.seconds();
+  return estimates;
+}
+
+RunRecord& Run::record() {
+  if (solution_) {
+    record_.has_first_pass = true;
+    record_.elements = mesh_->elements.size();
+    record_.patches = mesh_->patches.size();
+    record_.cells = solution_->options.cells;
+    record_.energy = solution_->energy;
+    record_.counters = solution_->counters;
+    record_.converged = solution_->converged;
+  }
+  record_.seconds.total = since_start_.seconds();
+  return record_;
+}
+
+}  // namespace lichthof::apps

@@ -1,0 +1,108 @@
+/// A run from files to light, in the order things happen: load, mesh, radiosity, rays. Whoever wants to know how the parts
+/// of the program fit together reads this pair of files; the commands only choose which of the steps they need.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "apps/common/interruption.hpp"
+#include "apps/common/options.hpp"
+#include "apps/common/report.hpp"
+#include "core/base/parallel.hpp"
+#include "core/light/solution.hpp"
+#include "core/scene/scene.hpp"
+#include "core/scene/partition.hpp"
+#include "core/tracing/balancer.hpp"
+#include "core/tracing/column_source.hpp"
+#include "core/tracing/image.hpp"
+#include "core/tracing/lit_scene.hpp"
+#include "core/tracing/path_tracer.hpp"
+#include "core/tracing/probe.hpp"
+#include "io/scene_reader.hpp"
+
+namespace lichthof::apps {
+
+struct RunOptions {
+  std::string input;               ///< a scene or a solution
+  std::string output;
+  io::ReadOptions read;
+  FirstPassOptions first_pass;
+  std::optional<std::string> method;
+  unsigned threads = 0;            ///< 0: all
+  OutputOptions talk;
+};
+
+struct PictureOptions {
+  std::optional<std::string> camera;  ///< numbers or a name; unset: the scene's first, or one that frames it
+  std::uint32_t width = 640, height = 480;
+  std::optional<std::uint32_t> samples;
+  std::uint32_t gather_rays = 0;
+  Scheduling scheduling = Scheduling::adaptive;
+};
+
+class Run {
+ public:
+  /// @param default_method  where --method was not given
+  Run(const char* command, const RunOptions& options, Method default_method, const Interruption& interruption);
+
+  /// Reads a scene or a solution. What is odd about the scene goes to the log.
+  /// @param resumes  the command solves on: options of the first pass may stand beside a solution, but for the mesh
+  /// @error bad_input; also when there is no luminaire, unless the method needs none
+  Status load(bool resumes);
+
+  /// The first pass: mesh, partition, cells. Continues a solution that was loaded.
+  /// @returns also a solution that a signal ended early: converged() tells
+  Status solve();
+  bool converged() const { return solution_ && solution_->converged; }
+
+  /// Writes the solution. @error io
+  Status keep(const std::string& path);
+
+  /// Camera for a picture: what was asked for, checked against the walls.
+  Expected<Camera> camera(const PictureOptions& wanted) const;
+
+  /// The second pass. @error interrupted when a signal came: no picture then
+  Expected<Image> picture(const Camera& camera, const PictureOptions& wanted);
+
+  /// Irradiance (W/m²) at sensor points by the run's method.
+  /// @param gather_rays  0: the solution at the point itself
+  std::vector<Rgb> irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays);
+  /// The same by path tracing, with standard errors.
+  std::vector<Estimate> reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples);
+
+  Method method() const { return method_; }
+  const FileFrame& frame() const { return frame_; }
+  const std::shared_ptr<const Scene>& scene() const { return scene_; }
+  const std::optional<Solution>& solution() const { return solution_; }
+
+  /// What to report, up to now.
+  RunRecord& record();
+
+ private:
+  Status load_scene();
+  Status load_solution(bool resumes);
+  Status expect_light() const;
+  MeshOptions mesh_options() const;
+  Status mesh();
+  Status divide();
+  SolveOptions solve_options() const;
+  std::shared_ptr<const LitScene> lit_scene() const;
+  std::unique_ptr<const ColumnSource> column_source(const PinholeCamera& camera, const PictureOptions& wanted) const;
+
+  RunOptions options_;
+  Method method_;
+  const Interruption& interruption_;
+  std::shared_ptr<const Parallel> parallel_;
+  Stopwatch since_start_;
+  RunRecord record_;
+
+  std::shared_ptr<const Scene> scene_;
+  FileFrame frame_;                        ///< of the numbers users write
+  std::shared_ptr<const Mesh> mesh_;
+  std::shared_ptr<const CellGrid> grid_;
+  std::optional<Solution> solution_;
+};
+
+}  // namespace lichthof::apps

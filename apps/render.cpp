@@ -1,0 +1,150 @@
+/// `lichthof render`: the main job, both passes and a picture.
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/commands.hpp"
+#include "apps/common/files.hpp"
+#include "apps/common/log.hpp"
+#include "apps/pipeline.hpp"
+#include "io/image_writer.hpp"
+#include "io/text.hpp"
+
+namespace lichthof::apps {
+
+namespace {
+
+constexpr std::int64_t longest_side = 65536, most_pixels = std::int64_t{1} << 28;
+
+struct RenderOptions {
+  RunOptions run;
+  PictureOptions picture;
+  std::string size = "640x480";
+  std::string balance = "adaptive";
+  std::string solution;                ///< file to keep the first pass in; empty: none
+  std::optional<double> exposure_ev;
+};
+
+/// Reads "640x480". @returns false: it is something else
+bool read_size(const std::string& text, PictureOptions& picture) {
+  const std::size_t cross = text.find_first_of("xX");
+  std::int64_t width = 0, height = 0;
+  if (cross == std::string::npos || !io::parse_integer(std::string_view(text).substr(0, cross), width) ||
+      !io::parse_integer(std::string_view(text).substr(cross + 1), height))
+    return false;
+  if (width < 1 || height < 1 || width > longest_side || height > longest_side || width * height > most_pixels) return false;
+  picture.width = static_cast<std::uint32_t>(width);
+  picture.height = static_cast<std::uint32_t>(height);
+  return true;
+}
+
+/// The film's columns as rows.
+std::vector<float> rows_of(const Image& image) {
+  std::vector<float> rows;
+  rows.reserve(std::size_t{3} * image.width() * image.height());
+  for (std::uint32_t row = 0; row < image.height(); ++row)
+    for (std::uint32_t column = 0; column < image.width(); ++column) {
+      const Rgbf& pixel = image.at(column, row);
+      rows.insert(rows.end(), {pixel.x, pixel.y, pixel.z});
+    }
+  return rows;
+}
+
+/// What is left of an interrupted run, in one line.
+Error interrupted(const std::string& kept) {
+  const std::string message = kept.empty() ? "interrupted" : "interrupted; the solution so far is kept in " + kept;
+  return {ErrorCode::interrupted, "", message};
+}
+
+Status render(const RenderOptions& options, const Interruption& interruption) {
+  log_as_asked(options.run.talk);
+  // What could spoil the end of a long run is looked at first.
+  if (Status ready = output_ready(options.run.output, {".exr", ".hdr", ".png"}, {options.run.input}); !ready) return ready;
+  if (!options.solution.empty())
+    if (Status ready = output_ready(options.solution, {}, {options.run.input, options.run.output}); !ready) return ready;
+  Run run("render", options.run, Method::two_pass, interruption);
+  if (!options.solution.empty() && !has_first_pass(run.method()))
+    return Error{ErrorCode::bad_input, "--solution", std::string("method ") + name_of(run.method()) + " has no first pass to keep"};
+  if (options.picture.gather_rays > 0 && run.method() != Method::two_pass && run.method() != Method::hemicube)
+    return Error{ErrorCode::bad_input, "--gather", std::string("method ") + name_of(run.method()) + " gathers nothing"};
+  if (Status loaded = run.load(false); !loaded) return loaded;
+  const Expected<Camera> camera = run.camera(options.picture);
+  if (!camera) return camera.error();
+
+  if (has_first_pass(run.method()) && !run.solution()) {
+    if (Status solved = run.solve(); !solved) return solved;
+    if (!options.solution.empty())
+      if (Status kept = run.keep(options.solution); !kept) return kept;
+    if (interruption.asked()) return interrupted(options.solution);
+  } else if (!options.solution.empty()) {
+    if (Status kept = run.keep(options.solution); !kept) return kept;
+  }
+  const Expected<Image> picture = run.picture(*camera, options.picture);
+  if (!picture) return interrupted(options.solution);
+
+  const Interruption::Deferral deferral;
+  const std::vector<float> rows = rows_of(*picture);
+  const io::ImageView view{picture->width(), picture->height(), rows.data()};
+  if (Status written = io::write_image(options.run.output, view, {options.exposure_ev}); !written) return written;
+  RunRecord& record = run.record();
+  record.more["width"] = picture->width();
+  record.more["height"] = picture->height();
+  record.more["camera"] = camera->name;
+  return print(options.run.talk, json(record),
+               summary(record, options.run.output + ": " + options.size + " pixels, " + record.method + ", camera " + camera->name));
+}
+
+}  // namespace
+
+void add_render(CLI::App& program, Command& chosen) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App& command = *program.add_subcommand("render", "make a picture of a scene or a solution");
+  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml) or a solution")->required()->option_text("SCENE|SOLUTION");
+  command.add_option("-o,--output", options->run.output, "the picture: .exr or .hdr (linear radiance), .png (tone mapped)")
+      ->required()
+      ->option_text("IMAGE");
+  command.add_option("--camera", options->picture.camera,
+                     "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else one "
+                     "that frames the scene)")
+      ->option_text("CAMERA");
+  command.add_option("--size", options->size, "pixels (default 640x480)")
+      ->check(CLI::Validator(
+          [](std::string& text) {
+            PictureOptions picture;
+            return read_size(text, picture) ? std::string() : io::in_quotes(text) + " is no size such as 640x480, at most 2^28 pixels";
+          },
+          "", "size"))
+      ->option_text("WxH");
+  add_method_option(command, options->run.method, {"two-pass", "radiosity", "raytrace", "hemicube", "reference"});
+  command.add_option("--samples", options->picture.samples, "rays per pixel (default 4; reference 64)")
+      ->check(number_within(1, 1 << 20))
+      ->option_text("N");
+  command.add_option("--gather", options->picture.gather_rays, "rays of a final gather at each point seen, 0 for none (default 0)")
+      ->check(number_within(0, 65536))
+      ->option_text("N");
+  add_exposure_option(command, options->exposure_ev, "a .png");
+  command.add_option("--solution", options->solution, "keep the first pass in this file, also when interrupted")->option_text("FILE");
+  command.add_option("--balance", options->balance, "how columns are handed to workers: adaptive or boxes; the picture is the same")
+      ->check(one_of({"adaptive", "boxes"}))
+      ->option_text("NAME");
+  add_threads_option(command, options->run.threads);
+  add_scene_options(command, options->run.read);
+  add_first_pass_options(command, options->run.first_pass);
+  add_output_options(command, options->run.talk);
+  command.footer(
+      "\nMethods: two-pass traces direct light by rays and takes indirect light from the first pass; radiosity shows the first pass\n"
+      "as it is; raytrace replaces it by a constant; hemicube finds visibility by the item buffer; reference is a path tracer.\n"
+      "\nExamples:\n"
+      "  lichthof render room.obj -o room.png\n"
+      "  lichthof render room.obj -o room.exr --camera \"1,2,1.7; 5,5,1; 0,0,1; 60\" --size 1280x720\n"
+      "  lichthof render scenes/two_rooms.toml -o dark.png --camera dark --cells 2x1 --solution rooms.lht\n"
+      "  lichthof render rooms.lht -o lit.png --camera lit --exposure 1");
+  command.callback([options, &chosen] {
+    read_size(options->size, options->picture);
+    options->picture.scheduling = options->balance == "boxes" ? Scheduling::boxes : Scheduling::adaptive;
+    chosen = [options](Interruption& interruption) { return render(*options, interruption); };
+  });
+}
+
+}  // namespace lichthof::apps

@@ -1,0 +1,209 @@
+#include "io/solution_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "core/base/check.hpp"
+#include "io/bytes.hpp"
+#include "io/scene_bytes.hpp"
+#include "io/section_file.hpp"
+#include "io/text.hpp"
+
+namespace lichthof::io {
+
+namespace {
+
+// Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 1, "solution file"};
+constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
+
+/// What is neither scene nor array.
+struct Head {
+  SolveOptions options;
+  MeshOptions used_mesh;  ///< with the sizes that were really used
+  SolveCounters counters;
+  EnergyLedger energy;
+  double seconds_radiosity = 0;
+  bool converged = false;
+  std::uint64_t elements = 0, mesh_hash = 0;
+};
+
+// Writer and reader list the same fields in the same order; a change of either is a new format version.
+
+void put_mesh_options(ByteWriter& to, const MeshOptions& o) {
+  to.put(o.patch_size), to.put(o.element_size), to.put(o.target_elements);
+}
+void get_mesh_options(ByteReader& from, MeshOptions& o) {
+  from.get(o.patch_size), from.get(o.element_size), from.get(o.target_elements);
+}
+
+void put_head(ByteWriter& to, const Head& h) {
+  put_mesh_options(to, h.options.mesh), put_mesh_options(to, h.used_mesh);
+  to.put(h.options.cells), to.put(h.options.hemicube_resolution), to.put(h.options.eps);
+  to.put(static_cast<std::uint8_t>(h.options.method));
+  const SolveCounters& c = h.counters;
+  for (const std::uint64_t value :
+       {c.shots, c.rays, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped,
+        c.clusters_tested, c.clusters_hidden, c.clusters_cut})
+    to.put(value);
+  for (const double value :
+       {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.seconds_radiosity})
+    to.put(value);
+  to.put(static_cast<std::uint8_t>(h.converged));
+  to.put(h.elements), to.put(h.mesh_hash);
+}
+
+bool get_head(ByteReader& from, Head& h) {
+  std::uint8_t method = 0;
+  get_mesh_options(from, h.options.mesh), get_mesh_options(from, h.used_mesh);
+  from.get(h.options.cells), from.get(h.options.hemicube_resolution), from.get(h.options.eps);
+  from.get(method);
+  SolveCounters& c = h.counters;
+  for (std::uint64_t* value :
+       {&c.shots, &c.rays, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes, &c.bitmap_bytes_raw,
+        &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
+    from.get(*value);
+  for (double* value :
+       {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.seconds_radiosity})
+    from.get(*value);
+  from.get(h.converged);
+  from.get(h.elements), from.get(h.mesh_hash);
+  h.options.method = method == 1 ? TransferMethod::hemicube : TransferMethod::rays;
+  const auto& cells = h.options.cells;
+  const double cell_count = static_cast<double>(cells[0]) * cells[1] * cells[2];
+  return from.good() && from.at_end() && method <= 1 && cell_count >= 1 && cell_count <= 1e6 &&
+         std::isfinite(h.options.eps) && h.options.hemicube_resolution >= 1 && h.options.hemicube_resolution <= 8192 &&
+         std::isfinite(h.used_mesh.patch_size) && h.used_mesh.patch_size > 0 &&
+         std::isfinite(h.used_mesh.element_size) && h.used_mesh.element_size > 0;
+}
+
+std::uint64_t mesh_hash(const Mesh& mesh) {
+  ByteWriter shape;
+  for (const Element& element : mesh.elements) shape.put(element.centre), shape.put(element.area);
+  for (const Patch& patch : mesh.patches)
+    shape.put(patch.centre), shape.put(patch.area), shape.put(patch.surface.value);
+  return checksum(shape.bytes());
+}
+
+std::string array_bytes(const std::vector<Rgbf>& values, std::size_t elements) {
+  MUST(values.empty() || values.size() == elements);
+  if (values.empty()) return std::string(elements * sizeof(Rgbf), '\0');
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Rgbf)};
+}
+
+std::string side_bytes(const std::vector<LitSides>& lit) {
+  std::string bytes;
+  for (const LitSides& sides : lit) bytes += static_cast<char>(int{sides.front} | int{sides.back} << 1);
+  return bytes;
+}
+
+/// Whether meshing can come out near the count the file claims. Asked first, since a crafted size could ask for any number
+/// of patches: a piece of surface is at most 2.4 patch sizes long (mesh.cpp), so long or large surfaces need many.
+bool is_plausible(const Scene& scene, const Head& head) {
+  const double patch = head.used_mesh.patch_size, slack = 4;
+  const Vec3 blocks = bounds(scene).size() / (2 * patch);
+  if (!(max_channel(blocks) < 60000)) return false;
+  double pieces = 0;
+  for (const Surface& surface : scene.surfaces) {
+    if (scene.material_of(surface).finish == Finish::glass) continue;
+    Box box;
+    for (const Vec3& corner : surface.corners) box.include(corner);
+    pieces += std::max(surface.area / (2.4 * patch * 2.4 * patch * 1.8), max_channel(box.size()) / (2.4 * patch));
+  }
+  return pieces <= slack * (static_cast<double>(head.elements) + static_cast<double>(scene.surfaces.size()) + 100);
+}
+
+Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& head, const std::string& sides,
+                                             const std::string& path) {
+  if (!sides.empty() && sides.size() != scene.surfaces.size())
+    return bad_input(path, "is damaged: its lit sides do not fit its scene");
+  std::vector<LitSides> lit;
+  for (const char side : sides) lit.push_back({(side & 1) != 0, (side & 2) != 0});
+  if (!is_plausible(scene, head)) return bad_input(path, "is damaged: its patch size does not fit its scene");
+  auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, lit));
+  if (mesh->elements.size() != head.elements || mesh_hash(*mesh) != head.mesh_hash)
+    return bad_input(path, "its mesh comes out differently here (" + std::to_string(mesh->elements.size()) +
+                               " elements, " + std::to_string(head.elements) +
+                               " expected): it was written by another version of this program; solve again");
+  return std::shared_ptr<const Mesh>(std::move(mesh));
+}
+
+Status read_array(const SectionFile& file, std::string_view name, std::size_t elements, const std::string& path,
+                  std::vector<Rgbf>& values) {
+  const std::uint64_t size = elements * sizeof(Rgbf);
+  const Expected<std::string> bytes = file.section(name, size);
+  if (!bytes) return bytes.error();
+  if (bytes->size() != size) return bad_input(path, "is damaged: an array has another length than the mesh");
+  values.resize(elements);
+  if (size > 0) std::memcpy(static_cast<void*>(values.data()), bytes->data(), size);
+  const auto finite = [](const Rgbf& v) { return all_finite(Vec3{v}); };
+  if (!std::all_of(values.begin(), values.end(), finite))
+    return bad_input(path, "is damaged: an array has values that are not finite");
+  return Done{};
+}
+
+}  // namespace
+
+Status write_solution(const std::string& path, const Solution& solution) {
+  MUST(solution.scene && solution.mesh);
+  const Mesh& mesh = *solution.mesh;
+  const Head head{solution.options,           mesh.options,       solution.counters,    solution.energy,
+                  solution.seconds_radiosity, solution.converged, mesh.elements.size(), mesh_hash(mesh)};
+  ByteWriter head_bytes;
+  put_head(head_bytes, head);
+  const std::size_t elements = mesh.elements.size();
+  return write_sections(path, format,
+                        {{"head", head_bytes.bytes()},
+                         {"scene", scene_bytes(*solution.scene)},
+                         {"textures", texture_bytes(*solution.scene)},
+                         {"sides", side_bytes(mesh.lit_sides)},
+                         {"H", array_bytes(solution.irradiance, elements)},
+                         {"H direct", array_bytes(solution.direct_irradiance, elements)},
+                         {"S", array_bytes(solution.shot, elements)},
+                         {"pending", array_bytes(solution.pending, elements)}});
+}
+
+Expected<Solution> read_solution(const std::string& path) {
+  const Expected<SectionFile> file = SectionFile::open(path, format);
+  if (!file) return file.error();
+  const Expected<std::string> head_bytes = file->section("head", most_head_bytes);
+  const Expected<std::string> scene_text = file->section("scene", most_scene_bytes);
+  const Expected<std::string> textures = file->section("textures", most_scene_bytes);
+  for (const Expected<std::string>* part : {&head_bytes, &scene_text, &textures})
+    if (!*part) return part->error();
+  Head head;
+  ByteReader head_reader(*head_bytes);
+  if (!get_head(head_reader, head)) return bad_input(path, "is damaged: its options make no sense");
+  Expected<Scene> scene = scene_from(*scene_text, *textures, path);
+  if (!scene) return scene.error();
+  const Expected<std::string> sides = file->section("sides", scene->surfaces.size());
+  if (!sides) return sides.error();
+
+  Solution solution;
+  solution.scene = std::make_shared<const Scene>(std::move(*scene));
+  Expected<std::shared_ptr<const Mesh>> mesh = meshed(*solution.scene, head, *sides, path);
+  if (!mesh) return mesh.error();
+  solution.mesh = *mesh;
+  solution.options = head.options;
+  solution.counters = head.counters;
+  solution.energy = head.energy;
+  solution.seconds_radiosity = head.seconds_radiosity;
+  solution.converged = head.converged;
+  const std::pair<const char*, std::vector<Rgbf>*> arrays[] = {{"H", &solution.irradiance},
+                                                               {"H direct", &solution.direct_irradiance},
+                                                               {"S", &solution.shot},
+                                                               {"pending", &solution.pending}};
+  for (const auto& [name, values] : arrays)
+    if (Status read = read_array(*file, name, head.elements, path, *values); !read) return read.error();
+  return solution;
+}
+
+bool is_solution_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  char start[8] = {};
+  return file.read(start, sizeof start) && std::string_view(start, sizeof start) == format.magic;
+}
+
+}  // namespace lichthof::io
