@@ -38,10 +38,13 @@ struct CellRoute {
   void operator()(ToController, CellReport&& message) const { self->send(self->state.controller, message); }
 };
 
+/// When asked, and when nothing is left to do: an idle cell takes no step by which it could answer later.
 void post_figures(CellSelf* self) {
   auto& state = self->state;
   const Cell& cell = *state.machine;
-  if (!state.context.board || (!state.context.board->is_asked(state.seen) && !cell.idle())) return;
+  if (!state.context.board) return;
+  const bool is_resting = cell.idle() && self->mailbox().empty();
+  if (!state.context.board->is_asked(state.seen) && !is_resting) return;
   const CellPower power = cell.light().power();
   const Cell::State counts = cell.state();
   CellReport report;

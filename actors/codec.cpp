@@ -85,6 +85,7 @@ class Reader {
 };
 
 // ---- The fields, once for both directions -----------------------------------------------------------------------------
+// A structure is taken apart by a structured binding: a field that is added to it and forgotten here does not compile.
 
 /// A message to be written, or one to be filled in.
 template <class Codec, class T>
@@ -96,83 +97,126 @@ template <class Codec>
 void fields(Codec& c, Field<Codec, Vec3> v) { c(v.x, v.y, v.z); }
 template <class Codec>
 void fields(Codec& c, Field<Codec, Rgbf> v) { c(v.x, v.y, v.z); }
+
 template <class Codec>
-void fields(Codec& c, Field<Codec, ShotId> id) { c(id.cell, id.sequence); }
+void fields(Codec& c, Field<Codec, ShotId> id) {
+  auto& [cell, sequence] = id;
+  c(cell, sequence);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, Plane> plane) { c(plane.origin, plane.u, plane.v, plane.normal); }
+void fields(Codec& c, Field<Codec, Plane> plane) {
+  auto& [origin, u, v, normal] = plane;
+  c(origin, u, v, normal);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, ColumnJob> job) { c(job.first, job.last); }
+void fields(Codec& c, Field<Codec, ColumnJob> job) {
+  auto& [first, last] = job;
+  c(first, last);
+}
 
 template <class Codec>
 void fields(Codec& c, Field<Codec, ShotPatch> patch) {
-  c(patch.columns, patch.rows, patch.lo, patch.hi, patch.reflected, patch.emitted);
-  c.list(patch.corners, max_corners);
-  c.list(patch.delta, max_places);
-  c.list(patch.area, max_places);
+  auto& [corners, columns, rows, lo, hi, delta, area, reflected, emitted] = patch;
+  c(columns, rows, lo, hi, reflected, emitted);
+  c.list(corners, max_corners);
+  c.list(delta, max_places);
+  c.list(area, max_places);
 }
 
 template <class Codec>
 void fields(Codec& c, Field<Codec, Shot> shot) {
-  c(shot.id, shot.version, shot.plane, shot.centre, shot.radius, shot.area);
-  c.list(shot.corners, max_corners);
-  c.list(shot.patches, max_patches);
+  auto& [id, version, plane, corners, centre, radius, area, patches] = shot;
+  c(id, version, plane, centre, radius, area);
+  c.list(corners, max_corners);
+  c.list(patches, max_patches);
 }
 
 template <class Codec>
 void fields(Codec& c, Field<Codec, HemicubeMessage> message) {
-  c(message.from, message.closed);
-  c.list(message.bitmap, max_bitmap_bytes);
+  auto& [shot, from, closed, bitmap] = message;
+  c(from, closed);
+  c.list(bitmap, max_bitmap_bytes);
   if constexpr (Codec::reads) {
-    auto shot = std::make_shared<Shot>();
-    c(*shot);
-    message.shot = std::move(shot);
+    auto copy = std::make_shared<Shot>();
+    c(*copy);
+    shot = std::move(copy);
   } else {
-    MUST(message.shot);
-    c(*message.shot);
+    MUST(shot);
+    c(*shot);
   }
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, StartRadiosity> message) { c(message.epoch, message.threshold_w); }
-template <class Codec>
-void fields(Codec& c, Field<Codec, CellReady> message) { c(message.cell, message.largest_initial_power_w); }
-template <class Codec>
-void fields(Codec& c, Field<Codec, CellReport> report) {
-  c(report.cell, report.epoch, report.wave, report.idle, report.messages_sent, report.messages_processed, report.shots,
-    report.strongest_w, report.unshot_w, report.emitted_w);
+void fields(Codec& c, Field<Codec, StartRadiosity> message) {
+  auto& [epoch, threshold] = message;
+  c(epoch, threshold);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, PollCell> message) { c(message.epoch, message.wave); }
+void fields(Codec& c, Field<Codec, CellReady> message) {
+  auto& [cell, power] = message;
+  c(cell, power);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, StopRadiosity> message) { c(message.epoch); }
+void fields(Codec& c, Field<Codec, CellReport> report) {
+  auto& [cell, epoch, wave, idle, sent, processed, shots, strongest, unshot, emitted] = report;
+  c(cell, epoch, wave, idle, sent, processed, shots, strongest, unshot, emitted);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, SetEmission> change) { c(change.material, change.radiance); }
+void fields(Codec& c, Field<Codec, PollCell> message) {
+  auto& [epoch, wave] = message;
+  c(epoch, wave);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, SetReflectance> change) { c(change.material, change.reflectance); }
+void fields(Codec& c, Field<Codec, StopRadiosity> message) {
+  auto& [epoch] = message;
+  c(epoch);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, SetEmission> change) {
+  auto& [material, radiance] = change;
+  c(material, radiance);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, SetReflectance> change) {
+  auto& [material, reflectance] = change;
+  c(material, reflectance);
+}
 
 template <class Codec>
 void fields(Codec& c, Field<Codec, GeometryChange> message) {
-  auto kind = static_cast<std::uint8_t>(message.change.index());
-  c(message.version, kind);
+  auto& [version, change] = message;
+  static_assert(std::variant_size_v<decltype(GeometryChange::change)> == 2);
+  auto kind = static_cast<std::uint8_t>(change.index());
+  c(version, kind);
   if constexpr (Codec::reads) {
     if (kind > 1) return c.refuse();
-    if (kind == 0) message.change = SetEmission{};
-    if (kind == 1) message.change = SetReflectance{};
+    if (kind == 0) change = SetEmission{};
+    if (kind == 1) change = SetReflectance{};
   }
-  std::visit([&](auto& change) { c(change); }, message.change);
+  std::visit([&](auto& one) { c(one); }, change);
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, JobRequest> message) { c(message.worker); }
-template <class Codec>
-void fields(Codec& c, Field<Codec, JobAssignment> message) { c(message.job, message.no_more); }
-template <class Codec>
-void fields(Codec& c, Field<Codec, ColumnResult> result) {
-  c(result.worker, result.job, result.rays, result.seconds);
-  c.list(result.pixels, max_pixels);
+void fields(Codec& c, Field<Codec, JobRequest> message) {
+  auto& [worker] = message;
+  c(worker);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, WorkerLost> message) { c(message.worker); }
+void fields(Codec& c, Field<Codec, JobAssignment> message) {
+  auto& [job, no_more] = message;
+  c(job, no_more);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, ColumnResult> result) {
+  auto& [worker, job, pixels, rays, seconds] = result;
+  c(worker, job, rays, seconds);
+  c.list(pixels, max_pixels);
+}
+template <class Codec>
+void fields(Codec& c, Field<Codec, WorkerLost> message) {
+  auto& [worker] = message;
+  c(worker);
+}
 
 // ---- Values -----------------------------------------------------------------------------------------------------------
 

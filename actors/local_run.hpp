@@ -29,10 +29,12 @@ struct SolveRun {
   std::shared_ptr<const Parallel> parallel;
   const Solution* resume = nullptr;               ///< continue from here; same scene and mesh
   const std::atomic<bool>* stop = nullptr;        ///< set by a signal: end early, keep what was reached
-  std::function<void(const RadiosityProgress&)> progress;  ///< a few times a second, from another thread; may be empty
+  std::function<void(const RadiosityProgress&)> progress;  ///< a few times a second and at the end, on the calling thread
   std::shared_ptr<Meters> meters;                 ///< to watch the actors by; may be empty
 };
-/// @returns the solution reached; converged = false when it was stopped
+/// @returns the solution reached; converged = false when it was stopped. Counters are those of this run alone. A stopped run
+///          lets the shots under way arrive, so that it can be resumed without a loss; after two seconds it no longer waits
+/// @error   std::runtime_error with the reason when an actor failed; what `progress` throws. No actor is left in any case
 Solution solve(const SolveRun& run);
 
 /// Second pass: a balancer actor and `workers` worker actors, each on a thread of its own.
@@ -52,6 +54,8 @@ struct TraceResult {
   double idle_seconds = 0;                        ///< sum over workers of the time from their last result to the end
   bool complete = false;
 };
+/// @returns the picture; complete = false when it was stopped. Its bits don't depend on the number of workers
+/// @error   as above; a worker that fails is replaced by the others, only without any worker left the pass has failed
 TraceResult trace(const TraceRun& run);
 
 }  // namespace lichthof::actors

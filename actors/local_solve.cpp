@@ -1,5 +1,8 @@
 // The first pass inside this process; see local_run.hpp.
+#include <spdlog/spdlog.h>
+
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 
 #include "actors/company.hpp"
@@ -67,6 +70,7 @@ class Watch {
           caf::after(look_every) >> [] {});
       if (!over) look();
     }
+    if (run_.progress && !reason) run_.progress(board_.progress());
     return reason;
   }
 
@@ -78,6 +82,7 @@ class Watch {
       self_->send(controller_, Stop::after_pending);
     } else if (stopped_ && !hastened_ && now - *stopped_ > patience) {
       hastened_ = true;
+      spdlog::warn("stopped before all light had arrived; the energy ledger shows what is lost");
       self_->send(controller_, Stop::at_once);
     }
     if (!run_.progress || now - shown_ < show_every) return;
@@ -154,8 +159,11 @@ Solution solve(const SolveRun& run) {
   play(run, cells, controller);
 
   Solution solution = blank_solution(run);
+  CellOutlook scene_outlook;
+  for (const auto& light : lights) scene_outlook.add(light->outlook());
+  const ExpectedLight pending = expected_light(scene_outlook);
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    lights[k]->store(solution);
+    lights[k]->store(solution, pending);
     add(solution.counters, cells[k]->counters());
     const CellPower power = lights[k]->power();
     solution.energy.emitted += sum_channels(power.emitted);

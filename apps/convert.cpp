@@ -48,8 +48,9 @@ Status convert_picture(const ConvertOptions& options, const Stopwatch& total) {
   nlohmann::json report = document(options, total);
   report["width"] = image->width;
   report["height"] = image->height;
-  return print(options.talk, report,
-               {options.output + ": " + std::to_string(image->width) + "x" + std::to_string(image->height) + " pixels"});
+  return print(
+      options.talk, report,
+      {options.output + ": " + std::to_string(image->width) + "x" + std::to_string(image->height) + " pixels"});
 }
 
 Status convert_scene(const ConvertOptions& options, const Stopwatch& total) {
@@ -71,7 +72,9 @@ Status convert(const ConvertOptions& options) {
   const Stopwatch total;
   log_as_asked(options.talk);
   const bool is_picture = is_one_of(picture_endings, options.input);
-  if (Status ready = output_ready(options.output, is_picture ? picture_endings : scene_endings, {options.input}); !ready) return ready;
+  if (Status ready = output_ready(options.output, is_picture ? picture_endings : scene_endings, {options.input});
+      !ready)
+    return ready;
   return is_picture ? convert_picture(options, total) : convert_scene(options, total);
 }
 
@@ -80,24 +83,26 @@ Status convert(const ConvertOptions& options) {
 void add_convert(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App& command = *program.add_subcommand("convert", "convert a scene or a picture into another format");
-  command.add_option("IN", options->input, "a scene (.obj, .toml) or a picture (.exr, .hdr, .png)")->required()->option_text("IN");
+  command.add_option("IN", options->input, "a scene (.obj, .toml) or a picture (.exr, .hdr, .png)")
+      ->required()
+      ->option_text(" ");
   command.add_option("-o,--output", options->output, "the same in another format")->required()->option_text("OUT");
   add_scene_options(command, options->read);
   command.add_option("--to-unit", options->write.unit, "unit of the numbers to write (default m)")
       ->check(one_of({"mm", "cm", "m", "in", "ft"}))
       ->option_text("UNIT");
-  command.add_option("--to-up", options->write.up, "axis that points up in OUT: y or z (default z)")->check(one_of({"y", "z"}))->option_text("AXIS");
+  command.add_option("--to-up", options->write.up, "axis that points up in OUT: y or z (default z)")
+      ->check(one_of({"y", "z"}))
+      ->option_text("AXIS");
   add_exposure_option(command, options->exposure_ev, "a .png");
   add_output_options(command, options->talk);
   command.footer(
-      "\nA .toml scene also keeps cameras, unit and up axis; beside it stand an .obj and an .mtl of the same name.\n"
+      "A .toml scene also keeps cameras, unit and up axis; beside it stand an .obj and an .mtl of the same name.\n"
       "What was odd about the scene and what became of it is reported.\n"
       "\nExamples:\n"
       "  lichthof convert room_mm.obj --unit mm --up y -o room.toml\n"
       "  lichthof convert room.exr -o room.png --exposure 2");
-  command.callback([options, &chosen] {
-    chosen = [options](Interruption&) { return convert(*options); };
-  });
+  command.callback([options, &chosen] { chosen = [options](Interruption&) { return convert(*options); }; });
 }
 
 }  // namespace lichthof::apps

@@ -68,12 +68,14 @@ Expected<double> furnace_error(const TemporaryFolder& folder, const Interruption
 Finding solver(const Interruption& interruption) {
   const TemporaryFolder folder;
   const char* mend = "the installation is damaged: install lichthof and its libraries anew, and report this line";
-  if (!folder.exists()) return {"solver", Health::broken, "could not be tried without a temporary folder", "point TMPDIR to one"};
+  if (!folder.exists())
+    return {"solver", Health::broken, "could not be tried without a temporary folder", "point TMPDIR to one"};
   const Stopwatch watch;
   const Expected<double> error = furnace_error(folder, interruption);
   if (!error) return {"solver", Health::broken, error.error().text(), mend};
   char text[96];
-  std::snprintf(text, sizeof text, "a closed box with a known answer comes out within %.2g in %.2f s", *error, watch.seconds());
+  std::snprintf(text, sizeof text, "a closed box with a known answer comes out within %.2g in %.2f s", *error,
+                watch.seconds());
   const bool good = *error < furnace_tolerance;
   return {"solver", good ? Health::good : Health::broken, text, good ? "" : mend};
 }
@@ -92,9 +94,7 @@ Finding pictures() {
   return {"pictures", Health::good, ".exr .hdr .png can be written and read", ""};
 }
 
-const char* word(Health health) {
-  return health == Health::good ? "ok" : health == Health::poor ? "poor" : "broken";
-}
+const char* word(Health health) { return health == Health::good ? "ok" : health == Health::poor ? "poor" : "broken"; }
 
 Status doctor(const OutputOptions& talk, const Interruption& interruption) {
   log_as_asked(talk);
@@ -106,7 +106,8 @@ Status doctor(const OutputOptions& talk, const Interruption& interruption) {
   int broken = 0;
   for (const Finding& finding : findings) {
     broken += finding.health == Health::broken;
-    checks.push_back({{"name", finding.name}, {"health", word(finding.health)}, {"detail", finding.detail}, {"mend", finding.mend}});
+    checks.push_back(
+        {{"name", finding.name}, {"health", word(finding.health)}, {"detail", finding.detail}, {"mend", finding.mend}});
     char start[48];
     std::snprintf(start, sizeof start, "%-7s %-17s ", word(finding.health), finding.name.c_str());
     lines.push_back(start + finding.detail + (finding.mend.empty() ? "" : " -> " + finding.mend));
@@ -115,7 +116,8 @@ Status doctor(const OutputOptions& talk, const Interruption& interruption) {
       {"command", "doctor"}, {"version", LICHTHOF_VERSION}, {"good", broken == 0}, {"checks", std::move(checks)}};
   if (Status printed = print(talk, document, lines); !printed) return printed;
   if (broken == 0) return Done{};
-  return Error{ErrorCode::failed, "", std::to_string(broken) + (broken == 1 ? " check" : " checks") + " failed; see the lines above"};
+  return Error{ErrorCode::failed, "",
+               std::to_string(broken) + (broken == 1 ? " check" : " checks") + " failed; see the lines above"};
 }
 
 }  // namespace
@@ -125,14 +127,13 @@ void add_doctor(CLI::App& program, Command& chosen) {
   CLI::App& command = *program.add_subcommand("doctor", "say what is wrong with this machine, and the mend");
   add_output_options(command, *talk);
   command.footer(
-      "\nOne line each: ok, poor (works, but slower or less than it could) or broken; after -> what to do.\n"
+      "One line each: ok, poor (works, but slower or less than it could) or broken; after -> what to do.\n"
       "Exit status: 1 when something is broken.\n"
       "\nExamples:\n"
       "  lichthof doctor\n"
       "  lichthof doctor --json");
-  command.callback([talk, &chosen] {
-    chosen = [talk](Interruption& interruption) { return doctor(*talk, interruption); };
-  });
+  command.callback(
+      [talk, &chosen] { chosen = [talk](Interruption& interruption) { return doctor(*talk, interruption); }; });
 }
 
 }  // namespace lichthof::apps

@@ -38,7 +38,8 @@ Status export_model(const ExportOptions& options) {
                                    {"converged", solution->converged},
                                    {"seconds", {{"load", load_s}, {"total", total.seconds()}}},
                                    {"peak_memory_bytes", peak_memory_bytes()}};
-  return print(options.talk, document, {options.output + ": " + grouped(solution->mesh->elements.size()) + " elements"});
+  return print(options.talk, document,
+               {options.output + ": " + grouped(solution->mesh->elements.size()) + " elements"});
 }
 
 }  // namespace
@@ -46,21 +47,21 @@ Status export_model(const ExportOptions& options) {
 void add_export(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<ExportOptions>();
   CLI::App& command = *program.add_subcommand("export", "write a solution as a model for other programs");
-  command.add_option("SOLUTION", options->input, "a solution, as written by: lichthof solve")->required()->option_text("SOLUTION");
+  command.add_option("SOLUTION", options->input, "a solution, as written by: lichthof solve")
+      ->required()
+      ->option_text(" ");
   command.add_option("-o,--output", options->output, "the model: .glb .ply (vertex colours) or .csv (elements)")
       ->required()
       ->option_text("MODEL");
   add_exposure_option(command, options->exposure_ev, "the colours");
   add_output_options(command, options->talk);
   command.footer(
-      "\n.glb: metres, y up, unlit vertex colours, radiosity as _RADIOSITY; .ply: scene units, colours and radiosity;\n"
+      ".glb: metres, y up, unlit vertex colours, radiosity as _RADIOSITY; .ply: scene units, colours and radiosity;\n"
       ".csv: one row an element with centre, normal, area (m²), irradiance and radiosity (W/m²), material.\n"
       "\nExamples:\n"
       "  lichthof export room.lht -o room.glb\n"
       "  lichthof export room.lht -o elements.csv");
-  command.callback([options, &chosen] {
-    chosen = [options](Interruption&) { return export_model(*options); };
-  });
+  command.callback([options, &chosen] { chosen = [options](Interruption&) { return export_model(*options); }; });
 }
 
 }  // namespace lichthof::apps

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -45,8 +46,9 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   program.set_version_flag("--version", LICHTHOF_VERSION_LINE, "print the version and exit");
   program.get_formatter()->column_width(28);
-  program.footer("\nlichthof COMMAND --help tells a command's options, with examples.\n"
-                 "Exit status: 0 done, 1 the job failed or was interrupted, 2 bad usage or bad input.");
+  program.footer(
+      "lichthof COMMAND --help tells a command's options, with examples.\n"
+      "Exit status: 0 done, 1 the job failed or was interrupted, 2 bad usage or bad input.");
   Command chosen;
   for (const auto add : {add_render, add_solve, add_probe, add_export, add_convert, add_doctor}) add(program, chosen);
   try {
@@ -64,6 +66,8 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A write beyond ulimit -f shall fail like one on a full disk, not kill the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     log_to_stderr();
     return run(argc, argv);

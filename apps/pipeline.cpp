@@ -17,10 +17,10 @@ namespace lichthof::apps {
 
 namespace {
 
-// 64 rays from each block of a surface: an opening that all rays of a cavity of 50 blocks miss covers 0.1 % of its view.
-constexpr std::uint32_t lit_sides_rays = 64;
 // Blocks are numbered with 16 bits along each axis.
 constexpr double most_blocks = 60000;
+// Sensor points are written with 6 or 7 digits: this far from a surface counts as on it, in sizes of the scene.
+constexpr double on_surface = 1e-5;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
 
 double total_area(const Scene& scene) {
@@ -46,28 +46,38 @@ Status plausible_sizes(const Scene& scene, const MeshOptions& options) {
   const char* option = options.patch_size > 0 ? "--patch" : "--element";
   if (elements > most_elements) {
     char text[160];
-    std::snprintf(text, sizeof text, "would cut the scene into some %.2g elements, at most %.2g are possible; choose a larger size", elements,
-                  static_cast<double>(most_elements));
+    std::snprintf(text, sizeof text,
+                  "would cut the scene into some %.2g elements, at most %.2g are possible; choose a larger size",
+                  elements, static_cast<double>(most_elements));
     return Error{ErrorCode::bad_input, option, text};
   }
   if (max_channel(bounds(scene).size()) / (2 * patch) > most_blocks)
-    return Error{ErrorCode::bad_input, option, "is below a hundred-thousandth of the scene's size; choose a larger size"};
+    return Error{ErrorCode::bad_input, option,
+                 "is below a hundred-thousandth of the scene's size; choose a larger size"};
   return Done{};
 }
 
 double emitted_power_w(const Scene& scene) {
   double power = 0;
-  for (const Surface& surface : scene.surfaces) power += std::numbers::pi * surface.area * sum_channels(scene.material_of(surface).radiance);
+  for (const Surface& surface : scene.surfaces)
+    power += std::numbers::pi * surface.area * sum_channels(scene.material_of(surface).radiance);
   return power;
+}
+
+/// What the first pass itself knows, at the points that lie on its elements.
+void read_first_pass(const LitScene& scene, std::span<const SensorPoint> points, std::vector<Rgb>& irradiance) {
+  const double tolerance = std::max(on_surface * scene.trace().size(), 4 * scene.trace().offset());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (const auto at = scene.trace().surface_below(points[i].point, points[i].normal, tolerance);
+        at && scene.has_elements(*at))
+      irradiance[i] = scene.total_irradiance(*at);
 }
 
 }  // namespace
 
 Run::Run(const char* command, const RunOptions& options, Method default_method, const Interruption& interruption)
-    : options_(options),
-      method_(options.method ? method_named(*options.method) : default_method),
-      interruption_(interruption),
-      parallel_(std::make_shared<Parallel>(threads_to_use(options.threads))) {
+    : options_(options), method_(options.method ? method_named(*options.method) : default_method),
+      interruption_(interruption), parallel_(std::make_shared<Parallel>(threads_to_use(options.threads))) {
   record_.command = command;
   record_.input = options.input;
   record_.output = options.output;
@@ -107,8 +117,10 @@ Status Run::load_solution(bool resumes) {
     return Error{ErrorCode::bad_input, option, options_.input + " " + why};
   };
   const FirstPassOptions& first = options_.first_pass;
-  if (!resumes && !first.given().empty()) return refused(first.given(), "is solved already; continue it with: lichthof solve " + options_.input);
-  if (!first.mesh_given().empty()) return refused(first.mesh_given(), "has its mesh already; solve the scene anew for another one");
+  if (!resumes && !first.given().empty())
+    return refused(first.given(), "is solved already; continue it with: lichthof solve " + options_.input);
+  if (!first.mesh_given().empty())
+    return refused(first.mesh_given(), "has its mesh already; solve the scene anew for another one");
   Expected<Solution> solution = io::read_solution(options_.input);
   if (!solution) return solution.error();
   const bool was_hemicube = solution->options.method == TransferMethod::hemicube;
@@ -121,14 +133,16 @@ Status Run::load_solution(bool resumes) {
   mesh_ = solution->mesh;
   solution_ = std::move(*solution);
   if (!solution_->converged && !resumes)
-    spdlog::warn("{}: is not solved to its end; continue it with: lichthof solve {} -o {}", options_.input, options_.input, options_.input);
+    spdlog::warn("{}: is not solved to its end; continue it with: lichthof solve {} -o {}", options_.input,
+                 options_.input, options_.input);
   return Done{};
 }
 
 Status Run::expect_light() const {
   if (record_.emitted_w > 0) return Done{};
   const std::string message =
-      "there is no luminaire: give a material an emission (Ke in its MTL file: radiance in W/(m² sr); emission in a scene file)";
+      "there is no luminaire: give a material an emission (Ke in its MTL file: radiance in W/(m² sr); emission in a "
+      "scene file)";
   if (has_first_pass(method_)) return Error{ErrorCode::bad_input, options_.input, message};
   spdlog::warn("{}: {}", options_.input, message);
   return Done{};
@@ -150,12 +164,14 @@ Status Run::mesh() {
   const MeshOptions wanted = mesh_options();
   if (Status plausible = plausible_sizes(*scene_, wanted); !plausible) return plausible;
   if (wanted.element_size > 0 && wanted.element_size < wanted.patch_size / 4)
-    spdlog::warn("--element: a patch holds at most 16 elements; those of --patch {} are larger than asked for", *options_.first_pass.patch);
+    spdlog::warn("--element: a patch holds at most 16 elements; those of --patch {} are larger than asked for",
+                 *options_.first_pass.patch);
   const RayScene rays(*scene_, scene_->surfaces, bounds(*scene_).centre(), Glass::clear);
-  const std::vector<LitSides> lit = lit_sides(*scene_, rays, expected_block(*scene_, wanted), lit_sides_rays, *parallel_);
+  const std::vector<LitSides> lit = lit_sides(*scene_, rays, expected_block(*scene_, wanted), *parallel_);
   auto mesh = std::make_shared<Mesh>(mesh_of(*scene_, wanted, lit));
   if (mesh->elements.empty())
-    return Error{ErrorCode::bad_input, options_.input, "has no face that could be lit: glass and hidden faces hold no light"};
+    return Error{ErrorCode::bad_input, options_.input,
+                 "has no face that could be lit: glass and hidden faces hold no light"};
   spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh->options.patch_size, mesh->options.element_size);
   mesh_ = std::move(mesh);
   return Done{};
@@ -208,6 +224,8 @@ Status Run::solve() {
   run.stop = &interruption_.asked();
   run.progress = [&line](const RadiosityProgress& progress) { line.show(progress); };
   const Interruption::Deferral deferral;
+  spdlog::info("first pass: {} elements, {} cells, {} threads", mesh_->elements.size(), grid_->cell_count(),
+               parallel_->threads());
   Solution solution = actors::solve(run);
   solution_ = std::move(solution);
   record_.seconds.radiosity = watch.seconds();
@@ -231,11 +249,13 @@ Expected<Camera> Run::camera(const PictureOptions& wanted) const {
   return chosen_camera(wanted.camera, TraceScene(scene_), frame_, static_cast<double>(wanted.width) / wanted.height);
 }
 
-std::unique_ptr<const ColumnSource> Run::column_source(const PinholeCamera& camera, const PictureOptions& wanted) const {
+std::unique_ptr<const ColumnSource> Run::column_source(const PinholeCamera& camera,
+                                                       const PictureOptions& wanted) const {
   // Each worker is a thread of its own; the source starts no further ones.
   const auto alone = std::make_shared<const Parallel>(1);
   if (method_ == Method::reference)
-    return std::make_unique<ReferenceTracer>(lit_scene(), camera, wanted.samples.value_or(default_reference_samples), alone);
+    return std::make_unique<ReferenceTracer>(lit_scene(), camera, wanted.samples.value_or(default_reference_samples),
+                                             alone);
   TracingOptions tracing;
   tracing.method = method_ == Method::raytrace    ? TracingMethod::raytrace
                    : method_ == Method::radiosity ? TracingMethod::radiosity
@@ -255,21 +275,25 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   run.stop = &interruption_.asked();
   run.progress = [&line](double share) { line.show(share); };
   const Interruption::Deferral deferral;
+  spdlog::info("second pass: {} x {} pixels, {} threads", wanted.width, wanted.height, run.workers);
   actors::TraceResult result = actors::trace(run);
   record_.traced_rays += result.rays;
   record_.seconds.rays = watch.seconds();
   record_.more["jobs"] = result.jobs;
   record_.more["idle_seconds"] = result.idle_seconds;
   if (!result.complete) return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
+  line.show(1.0);
   return std::move(result.image);
 }
 
 std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays) {
   const Stopwatch watch;
+  const std::shared_ptr<const LitScene> scene = lit_scene();
   ProbeOptions options;
   options.indirect = gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
   if (gather_rays > 0) options.gather_rays = gather_rays;
-  std::vector<Rgb> irradiance = sensor_irradiance(lit_scene(), points, options, *parallel_, record_.traced_rays);
+  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, options, *parallel_, record_.traced_rays);
+  if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
   record_.seconds.rays = watch.seconds();
   return irradiance;
 }

@@ -12,8 +12,8 @@
 #include "apps/common/report.hpp"
 #include "core/base/parallel.hpp"
 #include "core/light/solution.hpp"
-#include "core/scene/scene.hpp"
 #include "core/scene/partition.hpp"
+#include "core/scene/scene.hpp"
 #include "core/tracing/balancer.hpp"
 #include "core/tracing/column_source.hpp"
 #include "core/tracing/image.hpp"
@@ -25,12 +25,12 @@
 namespace lichthof::apps {
 
 struct RunOptions {
-  std::string input;               ///< a scene or a solution
+  std::string input;  ///< a scene or a solution
   std::string output;
   io::ReadOptions read;
   FirstPassOptions first_pass;
   std::optional<std::string> method;
-  unsigned threads = 0;            ///< 0: all
+  unsigned threads = 0;  ///< 0: all
   OutputOptions talk;
 };
 
@@ -99,7 +99,7 @@ class Run {
   RunRecord record_;
 
   std::shared_ptr<const Scene> scene_;
-  FileFrame frame_;                        ///< of the numbers users write
+  FileFrame frame_;  ///< of the numbers users write
   std::shared_ptr<const Mesh> mesh_;
   std::shared_ptr<const CellGrid> grid_;
   std::optional<Solution> solution_;

@@ -86,14 +86,20 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
 void add_probe(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<ProbeCommand>();
   CLI::App& command = *program.add_subcommand("probe", "compute irradiance at sensor points");
-  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml) or a solution")->required()->option_text("SCENE|SOLUTION");
-  command.add_option("--points", options->points, "CSV with columns x,y,z,nx,ny,nz in scene units, on surfaces or in free air")
+  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml) or a solution")->required()->option_text(" ");
+  command
+      .add_option("--points", options->points,
+                  "CSV with columns x,y,z,nx,ny,nz in scene units, on surfaces or in free air")
       ->required()
       ->option_text("P.csv");
-  command.add_option("-o,--output", options->run.output, "the same rows with Er,Eg,Eb appended (W/m²)")->required()->option_text("OUT.csv");
+  command.add_option("-o,--output", options->run.output, "the same rows with Er,Eg,Eb appended (W/m²)")
+      ->required()
+      ->option_text("OUT.csv");
   command.add_flag("--photometric", options->photometric, "append lux instead: 179 lm/W on the CIE Y");
   add_method_option(command, options->run.method, {"two-pass", "radiosity", "hemicube", "reference"});
-  command.add_option("--gather", options->gather_rays, "rays of the final gather at each point; 0 interpolates the solution (default 256)")
+  command
+      .add_option("--gather", options->gather_rays,
+                  "rays of the final gather at each point; 0 interpolates the solution (default 256)")
       ->check(number_within(0, 65536))
       ->option_text("N");
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")
@@ -104,17 +110,18 @@ void add_probe(CLI::App& program, Command& chosen) {
   add_first_pass_options(command, options->run.first_pass);
   add_output_options(command, options->run.talk);
   command.footer(
-      "\nLight is counted on the side the normal points to. A point on a surface is not shadowed by it.\n"
-      "Methods: two-pass computes direct light at the point and gathers the rest from the first pass; radiosity reads the first\n"
-      "pass at the point; hemicube finds visibility by the item buffer; reference is a path tracer, whose standard error is in\n"
+      "Light is counted on the side the normal points to. A point on a surface is not shadowed by it.\n"
+      "Methods: two-pass computes direct light at the point and gathers the rest from the first pass; radiosity reads "
+      "the first\n"
+      "pass at the point; hemicube finds visibility by the item buffer; reference is a path tracer, whose standard "
+      "error is in\n"
       "the --json report.\n"
       "\nExamples:\n"
       "  lichthof probe room.obj --points desks.csv -o desks_lux.csv --photometric\n"
       "  lichthof probe room.lht --points desks.csv -o desks_irradiance.csv --gather 1024\n"
       "  lichthof probe room.obj --points desks.csv -o truth.csv --method reference --samples 16384 --json");
-  command.callback([options, &chosen] {
-    chosen = [options](Interruption& interruption) { return probe(*options, interruption); };
-  });
+  command.callback(
+      [options, &chosen] { chosen = [options](Interruption& interruption) { return probe(*options, interruption); }; });
 }
 
 }  // namespace lichthof::apps

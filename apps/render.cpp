@@ -22,7 +22,7 @@ struct RenderOptions {
   PictureOptions picture;
   std::string size = "640x480";
   std::string balance = "adaptive";
-  std::string solution;                ///< file to keep the first pass in; empty: none
+  std::string solution;  ///< file to keep the first pass in; empty: none
   std::optional<double> exposure_ev;
 };
 
@@ -33,7 +33,8 @@ bool read_size(const std::string& text, PictureOptions& picture) {
   if (cross == std::string::npos || !io::parse_integer(std::string_view(text).substr(0, cross), width) ||
       !io::parse_integer(std::string_view(text).substr(cross + 1), height))
     return false;
-  if (width < 1 || height < 1 || width > longest_side || height > longest_side || width * height > most_pixels) return false;
+  if (width < 1 || height < 1 || width > longest_side || height > longest_side || width * height > most_pixels)
+    return false;
   picture.width = static_cast<std::uint32_t>(width);
   picture.height = static_cast<std::uint32_t>(height);
   return true;
@@ -60,12 +61,15 @@ Error interrupted(const std::string& kept) {
 Status render(const RenderOptions& options, const Interruption& interruption) {
   log_as_asked(options.run.talk);
   // What could spoil the end of a long run is looked at first.
-  if (Status ready = output_ready(options.run.output, {".exr", ".hdr", ".png"}, {options.run.input}); !ready) return ready;
+  if (Status ready = output_ready(options.run.output, {".exr", ".hdr", ".png"}, {options.run.input}); !ready)
+    return ready;
   if (!options.solution.empty())
-    if (Status ready = output_ready(options.solution, {}, {options.run.input, options.run.output}); !ready) return ready;
+    if (Status ready = output_ready(options.solution, {}, {options.run.input, options.run.output}); !ready)
+      return ready;
   Run run("render", options.run, Method::two_pass, interruption);
   if (!options.solution.empty() && !has_first_pass(run.method()))
-    return Error{ErrorCode::bad_input, "--solution", std::string("method ") + name_of(run.method()) + " has no first pass to keep"};
+    return Error{ErrorCode::bad_input, "--solution",
+                 std::string("method ") + name_of(run.method()) + " has no first pass to keep"};
   if (options.picture.gather_rays > 0 && run.method() != Method::two_pass && run.method() != Method::hemicube)
     return Error{ErrorCode::bad_input, "--gather", std::string("method ") + name_of(run.method()) + " gathers nothing"};
   if (Status loaded = run.load(false); !loaded) return loaded;
@@ -92,7 +96,8 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
   record.more["height"] = picture->height();
   record.more["camera"] = camera->name;
   return print(options.run.talk, json(record),
-               summary(record, options.run.output + ": " + options.size + " pixels, " + record.method + ", camera " + camera->name));
+               summary(record, options.run.output + ": " + options.size + " pixels, " + record.method + ", camera " +
+                                   camera->name));
 }
 
 }  // namespace
@@ -100,19 +105,23 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
 void add_render(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App& command = *program.add_subcommand("render", "make a picture of a scene or a solution");
-  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml) or a solution")->required()->option_text("SCENE|SOLUTION");
-  command.add_option("-o,--output", options->run.output, "the picture: .exr or .hdr (linear radiance), .png (tone mapped)")
+  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml) or a solution")->required()->option_text(" ");
+  command
+      .add_option("-o,--output", options->run.output, "the picture: .exr or .hdr (linear radiance), .png (tone mapped)")
       ->required()
       ->option_text("IMAGE");
-  command.add_option("--camera", options->picture.camera,
-                     "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else one "
-                     "that frames the scene)")
+  command
+      .add_option(
+          "--camera", options->picture.camera,
+          "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else one "
+          "that frames the scene)")
       ->option_text("CAMERA");
   command.add_option("--size", options->size, "pixels (default 640x480)")
       ->check(CLI::Validator(
           [](std::string& text) {
             PictureOptions picture;
-            return read_size(text, picture) ? std::string() : io::in_quotes(text) + " is no size such as 640x480, at most 2^28 pixels";
+            return read_size(text, picture) ? std::string()
+                                            : io::in_quotes(text) + " is no size such as 640x480, at most 2^28 pixels";
           },
           "", "size"))
       ->option_text("WxH");
@@ -120,12 +129,17 @@ void add_render(CLI::App& program, Command& chosen) {
   command.add_option("--samples", options->picture.samples, "rays per pixel (default 4; reference 64)")
       ->check(number_within(1, 1 << 20))
       ->option_text("N");
-  command.add_option("--gather", options->picture.gather_rays, "rays of a final gather at each point seen, 0 for none (default 0)")
+  command
+      .add_option("--gather", options->picture.gather_rays,
+                  "rays of a final gather at each point seen, 0 for none (default 0)")
       ->check(number_within(0, 65536))
       ->option_text("N");
   add_exposure_option(command, options->exposure_ev, "a .png");
-  command.add_option("--solution", options->solution, "keep the first pass in this file, also when interrupted")->option_text("FILE");
-  command.add_option("--balance", options->balance, "how columns are handed to workers: adaptive or boxes; the picture is the same")
+  command.add_option("--solution", options->solution, "keep the first pass in this file, also when interrupted")
+      ->option_text("FILE");
+  command
+      .add_option("--balance", options->balance,
+                  "how columns are handed to workers: adaptive or boxes; the picture is the same")
       ->check(one_of({"adaptive", "boxes"}))
       ->option_text("NAME");
   add_threads_option(command, options->run.threads);
@@ -133,8 +147,10 @@ void add_render(CLI::App& program, Command& chosen) {
   add_first_pass_options(command, options->run.first_pass);
   add_output_options(command, options->run.talk);
   command.footer(
-      "\nMethods: two-pass traces direct light by rays and takes indirect light from the first pass; radiosity shows the first pass\n"
-      "as it is; raytrace replaces it by a constant; hemicube finds visibility by the item buffer; reference is a path tracer.\n"
+      "Methods: two-pass traces direct light by rays and takes indirect light from the first pass; radiosity shows the "
+      "first pass\n"
+      "as it is; raytrace replaces it by a constant; hemicube finds visibility by the item buffer; reference is a path "
+      "tracer.\n"
       "\nExamples:\n"
       "  lichthof render room.obj -o room.png\n"
       "  lichthof render room.obj -o room.exr --camera \"1,2,1.7; 5,5,1; 0,0,1; 60\" --size 1280x720\n"

@@ -18,7 +18,8 @@ Status solve(const RunOptions& options, const Interruption& interruption) {
   log_as_asked(options.talk);
   // A solution may be continued in place: the older file stays until the new one is whole.
   const bool resumes = io::is_solution_file(options.input);
-  if (Status ready = resumes ? output_ready(options.output, {}, {}) : output_ready(options.output, {}, {options.input}); !ready)
+  if (Status ready = resumes ? output_ready(options.output, {}, {}) : output_ready(options.output, {}, {options.input});
+      !ready)
     return ready;
   Run run("solve", options, Method::radiosity, interruption);
   if (Status loaded = run.load(true); !loaded) return loaded;
@@ -30,7 +31,8 @@ Status solve(const RunOptions& options, const Interruption& interruption) {
   if (Status printed = print(options.talk, json(record), summary(record, done)); !printed) return printed;
   if (run.converged()) return Done{};
   return Error{ErrorCode::interrupted, "",
-               "interrupted; the solution so far is kept, continue it with: lichthof solve " + options.output + " -o " + options.output};
+               "interrupted; the solution so far is kept, continue it with: lichthof solve " + options.output + " -o " +
+                   options.output};
 }
 
 }  // namespace
@@ -38,23 +40,27 @@ Status solve(const RunOptions& options, const Interruption& interruption) {
 void add_solve(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<RunOptions>();
   CLI::App& command = *program.add_subcommand("solve", "compute the first pass alone, or continue it");
-  command.add_option("SCENE", options->input, "a scene (.obj, .toml), or a solution to continue")->required()->option_text("SCENE|SOLUTION");
-  command.add_option("-o,--output", options->output, "the solution; may be the one that is continued")->required()->option_text("SOLUTION");
+  command.add_option("SCENE", options->input, "a scene (.obj, .toml), or a solution to continue")
+      ->required()
+      ->option_text(" ");
+  command.add_option("-o,--output", options->output, "the solution; may be the one that is continued")
+      ->required()
+      ->option_text("SOLUTION");
   add_method_option(command, options->method, {"radiosity", "two-pass", "hemicube"});
   add_threads_option(command, options->threads);
   add_scene_options(command, options->read);
   add_first_pass_options(command, options->first_pass);
   add_output_options(command, options->talk);
   command.footer(
-      "\nMethods: radiosity finds visibility by rays and bitmaps (two-pass is the same here), hemicube by the paper's item buffer.\n"
+      "Methods: radiosity finds visibility by rays and bitmaps (two-pass is the same here), hemicube by the paper's "
+      "item buffer.\n"
       "When interrupted, what was reached is kept; the exit status is 1.\n"
       "\nExamples:\n"
       "  lichthof solve room.obj -o room.lht\n"
       "  lichthof solve room.obj -o room.lht --unit mm --up y --cells 4x2 --elements 50000\n"
       "  lichthof solve room.lht -o room.lht --eps 1e-4");
-  command.callback([options, &chosen] {
-    chosen = [options](Interruption& interruption) { return solve(*options, interruption); };
-  });
+  command.callback(
+      [options, &chosen] { chosen = [options](Interruption& interruption) { return solve(*options, interruption); }; });
 }
 
 }  // namespace lichthof::apps

@@ -98,9 +98,17 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
+namespace {
+
+/// from_chars takes no plus.
+std::string_view without_plus(std::string_view word) {
+  return word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
+}
+
+}  // namespace
+
 bool parse_number(std::string_view word, double& value) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  if (word.empty() || word.starts_with('+')) return false;
+  word = without_plus(word);
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size()) return false;
   // Out of range leaves the value alone; strtod says whether it was too large (inf) or too small (0).
@@ -109,9 +117,9 @@ bool parse_number(std::string_view word, double& value) {
 }
 
 bool parse_integer(std::string_view word, std::int64_t& value) {
-  if (word.starts_with('+')) word.remove_prefix(1);
+  word = without_plus(word);
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return problem == std::errc() && end == word.data() + word.size() && !word.empty();
+  return problem == std::errc() && end == word.data() + word.size();
 }
 
 std::string shortest_number(double value) {

@@ -11,7 +11,8 @@ namespace lichthof::apps {
 
 namespace {
 
-constexpr const char* expected_form = "\"EYE; TARGET; UP; FOV\" was expected, for example \"1,2,1.7; 5,5,1; 0,0,1; 60\"";
+constexpr const char* expected_form =
+    "\"EYE; TARGET; UP; FOV\" was expected, for example \"1,2,1.7; 5,5,1; 0,0,1; 60\"";
 
 Error wrong(const std::string& what) { return {ErrorCode::bad_input, "--camera", what + "; " + expected_form}; }
 
@@ -39,7 +40,8 @@ Expected<Vec3> vector_from(std::string_view text, const char* name) {
 Expected<Camera> placed(const Camera& camera, const std::string& name, const TraceScene& scene) {
   Expected<Camera> usable = checked(camera);
   if (!usable) return Error{ErrorCode::bad_input, name, usable.error().message};
-  if (const Status free = standing_free(*usable, scene); !free) return Error{ErrorCode::bad_input, name, free.error().message};
+  if (const Status free = standing_free(*usable, scene); !free)
+    return Error{ErrorCode::bad_input, name, free.error().message};
   return usable;
 }
 
@@ -47,12 +49,13 @@ Expected<Camera> placed(const Camera& camera, const std::string& name, const Tra
 
 Expected<Camera> camera_from(const std::string& text, const FileFrame& frame) {
   const std::vector<std::string_view> parts = split(text, ';');
-  if (parts.size() < 2 || parts.size() > 4) return wrong(io::in_quotes(text) + " has " + std::to_string(parts.size()) + " parts");
+  if (parts.size() < 2 || parts.size() > 4)
+    return wrong(io::in_quotes(text) + " has " + std::to_string(parts.size()) + " parts");
   const Expected<Vec3> eye = vector_from(parts[0], "EYE"), target = vector_from(parts[1], "TARGET");
   if (!eye) return eye.error();
   if (!target) return target.error();
   Camera camera;
-  camera.name = "--camera";
+  camera.name = "as given";
   camera.eye = frame.point_to_world(*eye);
   camera.target = frame.point_to_world(*target);
   if (parts.size() > 2) {
@@ -66,7 +69,8 @@ Expected<Camera> camera_from(const std::string& text, const FileFrame& frame) {
   return camera;
 }
 
-Expected<Camera> chosen_camera(const std::optional<std::string>& wish, const TraceScene& scene, const FileFrame& frame, double aspect) {
+Expected<Camera> chosen_camera(const std::optional<std::string>& wish, const TraceScene& scene, const FileFrame& frame,
+                               double aspect) {
   const std::vector<Camera>& cameras = scene.scene().cameras;
   if (!wish && cameras.empty()) return framing_camera(scene, aspect);
   if (!wish) return placed(cameras.front(), "camera " + io::in_quotes(cameras.front().name), scene);
@@ -74,7 +78,8 @@ Expected<Camera> chosen_camera(const std::optional<std::string>& wish, const Tra
     const Expected<Camera> camera = camera_from(*wish, frame);
     return camera ? placed(*camera, "--camera", scene) : camera;
   }
-  const auto named = std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) { return camera.name == *wish; });
+  const auto named =
+      std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) { return camera.name == *wish; });
   if (named != cameras.end()) return placed(*named, "camera " + io::in_quotes(named->name), scene);
   std::string names;
   for (const Camera& camera : cameras) names += (names.empty() ? "" : ", ") + camera.name;

@@ -19,6 +19,7 @@ Expected<Camera> camera_from(const std::string& text, const FileFrame& frame);
 /// @param aspect  width / height
 /// @returns  a camera whose eye stands in the open
 /// @error    bad_input naming --camera or the camera; an unknown name is answered with those there are
-Expected<Camera> chosen_camera(const std::optional<std::string>& wish, const TraceScene& scene, const FileFrame& frame, double aspect);
+Expected<Camera> chosen_camera(const std::optional<std::string>& wish, const TraceScene& scene, const FileFrame& frame,
+                               double aspect);
 
 }  // namespace lichthof::apps

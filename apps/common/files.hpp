@@ -16,6 +16,7 @@ std::string ending_of(const std::string& path);
 /// @param endings  those that choose a format; empty: any name will do
 /// @param inputs   files that must not be overwritten by it
 /// @error bad_input: another ending, or one of the inputs; io: missing folder, no permission
-Status output_ready(const std::string& path, const std::vector<std::string>& endings, std::initializer_list<std::string> inputs);
+Status output_ready(const std::string& path, const std::vector<std::string>& endings,
+                    std::initializer_list<std::string> inputs);
 
 }  // namespace lichthof::apps

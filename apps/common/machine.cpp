@@ -44,7 +44,8 @@ std::string first_line(const char* path) {
 Finding cpu() {
   Finding finding{"cpu", Health::good, std::string("vector code: ") + kernels().name, ""};
   if (std::string_view(available_kernels().back().name) == "x86-64-v2")
-    finding.health = Health::poor, finding.mend = "this processor has no AVX2: everything works, at about half the speed";
+    finding.health = Health::poor,
+    finding.mend = "this processor has no AVX2: everything works, at about half the speed";
   else if (std::string_view(kernels().name) != available_kernels().back().name)
     finding.health = Health::poor, finding.mend = "LICHTHOF_VECTOR asks for less than the processor can do; unset it";
   return finding;
@@ -76,15 +77,18 @@ Finding memory() {
   double available = 0;
   std::ifstream file("/proc/meminfo");
   for (std::string line; std::getline(file, line);)
-    if (double kibibytes = 0; std::sscanf(line.c_str(), "MemAvailable: %lf kB", &kibibytes) == 1) available = 1024 * kibibytes;
+    if (double kibibytes = 0; std::sscanf(line.c_str(), "MemAvailable: %lf kB", &kibibytes) == 1)
+      available = 1024 * kibibytes;
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
     available = std::min(available, static_cast<double>(limit.rlim_cur));
   double most = 0;
-  if (std::sscanf(first_line("/sys/fs/cgroup/memory.max").c_str(), "%lf", &most) == 1) available = std::min(available, most);
+  if (std::sscanf(first_line("/sys/fs/cgroup/memory.max").c_str(), "%lf", &most) == 1)
+    available = std::min(available, most);
   Finding finding{"memory", Health::good, gigabytes(available) + " available", ""};
   if (available < little_memory)
-    finding.health = Health::poor, finding.mend = "large scenes will not fit; close programs, or raise ulimit -v or the container's limit";
+    finding.health = Health::poor,
+    finding.mend = "large scenes will not fit; close programs, or raise ulimit -v or the container's limit";
   return finding;
 }
 
@@ -92,10 +96,15 @@ Finding limits() {
   rlimit files{}, size{};
   getrlimit(RLIMIT_NOFILE, &files);
   getrlimit(RLIMIT_FSIZE, &size);
-  const auto shown = [](rlim_t value) { return value == RLIM_INFINITY ? std::string("unlimited") : std::to_string(value); };
-  Finding finding{"limits", Health::good, "open files " + shown(files.rlim_cur) + ", file size " + shown(size.rlim_cur), ""};
-  if (files.rlim_cur < few_files) finding.health = Health::poor, finding.mend = "raise the number of open files: ulimit -n 1024";
-  if (size.rlim_cur < small_file) finding.health = Health::poor, finding.mend = "solutions may not fit: ulimit -f unlimited";
+  const auto shown = [](rlim_t value) {
+    return value == RLIM_INFINITY ? std::string("unlimited") : std::to_string(value);
+  };
+  Finding finding{"limits", Health::good, "open files " + shown(files.rlim_cur) + ", file size " + shown(size.rlim_cur),
+                  ""};
+  if (files.rlim_cur < few_files)
+    finding.health = Health::poor, finding.mend = "raise the number of open files: ulimit -n 1024";
+  if (size.rlim_cur < small_file)
+    finding.health = Health::poor, finding.mend = "solutions may not fit: ulimit -f unlimited";
   return finding;
 }
 
@@ -103,16 +112,20 @@ Finding temporary_folder() {
   std::error_code problem;
   const fs::path folder = fs::temp_directory_path(problem);
   if (problem)
-    return {"temporary folder", Health::broken, "there is none: " + problem.message(), "point TMPDIR to a folder that can be written"};
+    return {"temporary folder", Health::broken, "there is none: " + problem.message(),
+            "point TMPDIR to a folder that can be written"};
   const fs::path file = folder / ("lichthof-doctor-" + std::to_string(::getpid()));
   const Status written = io::write_file(file.string(), "lichthof");
   fs::remove(file, problem);
   if (!written)
-    return {"temporary folder", Health::broken, written.error().text(), "point TMPDIR to a folder that can be written, or make room in it"};
+    return {"temporary folder", Health::broken, written.error().text(),
+            "point TMPDIR to a folder that can be written, or make room in it"};
   const fs::space_info space = fs::space(folder, problem);
   const double free_bytes = problem ? 0 : static_cast<double>(space.available);
-  Finding finding{"temporary folder", Health::good, folder.string() + " can be written, " + gigabytes(free_bytes) + " free", ""};
-  if (free_bytes < little_disk) finding.health = Health::poor, finding.mend = "make room in it, or point TMPDIR elsewhere";
+  Finding finding{"temporary folder", Health::good,
+                  folder.string() + " can be written, " + gigabytes(free_bytes) + " free", ""};
+  if (free_bytes < little_disk)
+    finding.health = Health::poor, finding.mend = "make room in it, or point TMPDIR elsewhere";
   return finding;
 }
 
@@ -140,6 +153,8 @@ Finding libraries() {
 
 }  // namespace
 
-std::vector<Finding> machine_findings() { return {cpu(), threads(), memory(), limits(), temporary_folder(), libraries()}; }
+std::vector<Finding> machine_findings() {
+  return {cpu(), threads(), memory(), limits(), temporary_folder(), libraries()};
+}
 
 }  // namespace lichthof::apps

@@ -9,7 +9,7 @@ namespace lichthof::apps {
 enum class Health { good, poor, broken };  ///< poor: works, but slower or less than it could
 
 struct Finding {
-  std::string name;    ///< "cpu", "memory"
+  std::string name;  ///< "cpu", "memory"
   Health health = Health::good;
   std::string detail;  ///< what was found
   std::string mend;    ///< what to do; empty when good

@@ -68,7 +68,8 @@ CLI::Validator number_within(double least, double most, Least bound) {
             const bool good = io::parse_number(text, value) && std::isfinite(value) && value <= most &&
                               (excluded ? value > least : value >= least);
             if (good) return std::string();
-            return io::in_quotes(text) + " is no number " + (excluded ? "above " : "from ") + io::shortest_number(least) +
+            return io::in_quotes(text) + " is no number " + (excluded ? "above " : "from ") +
+                   io::shortest_number(least) +
                    (most < 1e300 ? (excluded ? " and up to " : " to ") + io::shortest_number(most) : "");
           },
           "", "number"};
@@ -84,16 +85,20 @@ CLI::Validator one_of(std::vector<std::string> words) {
 
 void add_output_options(CLI::App& command, OutputOptions& options) {
   command.add_flag("--json", options.json, "one JSON document on stdout, nothing else there");
-  auto* quiet = command.add_flag("--quiet,-q", options.quiet, "no progress, no summary, no warnings");
-  command.add_flag("--verbose,-v", options.verbose, "say on stderr what was read and chosen")->excludes(quiet);
+  command.add_flag("--quiet,-q", options.quiet, "no progress, no summary, no warnings");
+  command.add_flag("--verbose,-v", options.verbose, "say on stderr what was read and chosen");
   command.set_version_flag("--version", LICHTHOF_VERSION_LINE, "print the version and exit");
 }
 
 void add_scene_options(CLI::App& command, io::ReadOptions& options) {
-  command.add_option("--unit", options.unit, "unit of the scene's numbers: mm cm m in ft (default: what a scene file says, else m)")
+  command
+      .add_option("--unit", options.unit,
+                  "unit of the scene's numbers: mm cm m in ft (default: what a scene file says, else m)")
       ->check(one_of({"mm", "cm", "m", "in", "ft"}))
       ->option_text("UNIT");
-  command.add_option("--up", options.up, "axis of the scene that points up: y or z (default: what a scene file says, else z)")
+  command
+      .add_option("--up", options.up,
+                  "axis of the scene that points up: y or z (default: what a scene file says, else z)")
       ->check(one_of({"y", "z"}))
       ->option_text("AXIS");
 }
@@ -103,29 +108,40 @@ void add_first_pass_options(CLI::App& command, FirstPassOptions& options) {
   const auto add = [&](const std::string& name, auto& value, const std::string& text, const std::string& placeholder) {
     return command.add_option(name, value, text)->group(group)->option_text(placeholder);
   };
-  add("--cells", options.cells, "subscenes: a count, or how many along x, y (and z): 8, 4x2, 4x2x2 (default 1)", "N|NxM[xK]")
+  add("--cells", options.cells, "subscenes: a count, or how many along x, y (and z): 8, 4x2, 4x2x2 (default 1)",
+      "N|NxM[xK]")
       ->check(cells_text());
-  add("--eps", options.eps, "stop when the largest unshot energy is below this share of the largest initial one (default 5e-4)", "SHARE")
+  add("--eps", options.eps,
+      "stop when the largest unshot energy is below this share of the largest initial one (default 5e-4)", "SHARE")
       ->check(number_within(0, 1, Least::excluded));
-  add("--hemicube", options.hemicube, "pixels along the hemicube's top, even, 8 to 1024 (default 128)", "R")->check(hemicube_text());
-  add("--patch", options.patch, "size of a patch in scene units; patches shoot", "SIZE")->check(number_within(0, 1e300, Least::excluded));
-  add("--element", options.element, "size of an element in scene units; elements receive (default: a quarter of a patch)", "SIZE")
+  add("--hemicube", options.hemicube, "pixels along the hemicube's top, even, 8 to 1024 (default 128)", "R")
+      ->check(hemicube_text());
+  add("--patch", options.patch, "size of a patch in scene units; patches shoot", "SIZE")
+      ->check(number_within(0, 1e300, Least::excluded));
+  add("--element", options.element,
+      "size of an element in scene units; elements receive (default: a quarter of a patch)", "SIZE")
       ->check(number_within(0, 1e300, Least::excluded));
   add("--elements", options.elements, "choose the sizes so that about this many elements arise (default 12000)", "N")
       ->check(number_within(1, most_elements));
 }
 
 void add_threads_option(CLI::App& command, unsigned& threads) {
-  command.add_option("--threads", threads, "threads to use (default: all)")->check(number_within(1, 1024))->option_text("N");
+  command.add_option("--threads", threads, "threads to use (default: all)")
+      ->check(number_within(1, 1024))
+      ->option_text("N");
 }
 
 void add_exposure_option(CLI::App& command, std::optional<double>& exposure_ev, const std::string& what) {
-  command.add_option("--exposure", exposure_ev, "brightness of " + what + " in stops: radiance is multiplied by 2^EV (default: automatic)")
+  command
+      .add_option("--exposure", exposure_ev,
+                  "brightness of " + what + " in stops: radiance is multiplied by 2^EV (default: automatic)")
       ->check(number_within(-60, 60))
       ->option_text("EV");
 }
 
-unsigned threads_to_use(unsigned asked) { return asked > 0 ? asked : std::max(1u, std::thread::hardware_concurrency()); }
+unsigned threads_to_use(unsigned asked) {
+  return asked > 0 ? asked : std::max(1u, std::thread::hardware_concurrency());
+}
 
 void add_method_option(CLI::App& command, std::optional<std::string>& method, const std::vector<std::string>& names) {
   command.add_option("--method", method, joined(names, ", ") + " (default " + names.front() + ")")
@@ -134,13 +150,15 @@ void add_method_option(CLI::App& command, std::optional<std::string>& method, co
 }
 
 Method method_named(const std::string& name) {
-  const auto found = std::find_if(method_table.begin(), method_table.end(), [&](const auto& row) { return name == row.first; });
+  const auto found =
+      std::find_if(method_table.begin(), method_table.end(), [&](const auto& row) { return name == row.first; });
   MUST(found != method_table.end());
   return found->second;
 }
 
 const char* name_of(Method method) {
-  const auto found = std::find_if(method_table.begin(), method_table.end(), [&](const auto& row) { return method == row.second; });
+  const auto found =
+      std::find_if(method_table.begin(), method_table.end(), [&](const auto& row) { return method == row.second; });
   MUST(found != method_table.end());
   return found->first;
 }

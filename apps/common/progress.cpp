@@ -12,7 +12,7 @@ namespace {
 
 /// ", 12 s left", once an estimate is worth something.
 std::string time_left(double share, double elapsed_s) {
-  if (share < 0.02 || elapsed_s < 0.5) return "";
+  if (share < 0.02 || share >= 1 || elapsed_s < 0.5) return "";
   return ", " + duration_text(elapsed_s * (1 - share) / share) + " left";
 }
 
@@ -54,7 +54,8 @@ void ProgressLine::show(const RadiosityProgress& progress) {
   const double shot = emitted > 0 ? std::clamp(1 - sum_channels(progress.unshot_w) / emitted, 0.0, 1.0) : 0.0;
   char text[120];
   std::snprintf(text, sizeof text, "radiosity %5.1f %% of the energy shot, %llu shots, %.0f shots/s", 100 * shot,
-                static_cast<unsigned long long>(progress.shots), static_cast<double>(progress.shots) / std::max(seconds, 1e-3));
+                static_cast<unsigned long long>(progress.shots),
+                static_cast<double>(progress.shots) / std::max(seconds, 1e-3));
   rewrite(text + time_left(share_of_way(progress), seconds));
 }
 

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -18,6 +19,12 @@ std::string shown(const char* format, double value) {
   return text;
 }
 
+/// "12.34 %"; what rounds to nothing has no sign.
+std::string percent(double part, double whole) {
+  const double hundredths = whole > 0 ? std::round(1e4 * part / whole) : 0;
+  return shown("%.2f %%", hundredths == 0 ? 0 : hundredths / 100);
+}
+
 std::uint64_t cell_count(const RunRecord& record) {
   return std::uint64_t{record.cells[0]} * record.cells[1] * record.cells[2];
 }
@@ -25,7 +32,11 @@ std::uint64_t cell_count(const RunRecord& record) {
 nlohmann::json energy_json(const RunRecord& record) {
   // Without a first pass nobody has kept the ledger.
   if (!record.has_first_pass)
-    return {{"emitted", record.emitted_w}, {"absorbed", nullptr}, {"escaped", nullptr}, {"unshot", nullptr}, {"residual", nullptr}};
+    return {{"emitted", record.emitted_w},
+            {"absorbed", nullptr},
+            {"escaped", nullptr},
+            {"unshot", nullptr},
+            {"residual", nullptr}};
   const EnergyLedger& energy = record.energy;
   return {{"emitted", energy.emitted},
           {"absorbed", energy.absorbed},
@@ -35,9 +46,9 @@ nlohmann::json energy_json(const RunRecord& record) {
 }
 
 nlohmann::json counters_json(const SolveCounters& counters) {
-  return {{"form_factors", counters.form_factors},   {"messages", counters.messages},
-          {"bitmap_bytes", counters.bitmap_bytes},   {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
-          {"cells_skipped", counters.cells_skipped}, {"clusters_tested", counters.clusters_tested},
+  return {{"form_factors", counters.form_factors},       {"messages", counters.messages},
+          {"bitmap_bytes", counters.bitmap_bytes},       {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
+          {"cells_skipped", counters.cells_skipped},     {"clusters_tested", counters.clusters_tested},
           {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut}};
 }
 
@@ -60,7 +71,8 @@ nlohmann::json json(const RunRecord& record) {
       {"vector", kernels().name},
       {"shots", record.counters.shots},
       {"rays", record.counters.rays + record.traced_rays},
-      {"seconds", {{"load", s.load}, {"mesh", s.mesh}, {"radiosity", s.radiosity}, {"rays", s.rays}, {"total", s.total}}},
+      {"seconds",
+       {{"load", s.load}, {"mesh", s.mesh}, {"radiosity", s.radiosity}, {"rays", s.rays}, {"total", s.total}}},
       {"energy", energy_json(record)},
       {"error_estimate", nullptr},
       {"bytes_sent", record.counters.bytes_sent},
@@ -77,22 +89,22 @@ nlohmann::json json(const RunRecord& record) {
 std::vector<std::string> summary(const RunRecord& record, const std::string& done) {
   std::vector<std::string> lines{done};
   if (record.has_first_pass) {
-    lines.push_back(grouped(record.elements) + " elements in " + grouped(record.patches) + " patches, " + grouped(cell_count(record)) +
-                    (cell_count(record) == 1 ? " cell, " : " cells, ") + grouped(record.counters.shots) + " shots, " +
-                    grouped(record.counters.rays + record.traced_rays) + " rays" +
-                    (record.counters.bytes_sent > 0 ? ", " + grouped(record.counters.bytes_sent) + " bytes between cells" : ""));
+    lines.push_back(
+        grouped(record.elements) + " elements in " + grouped(record.patches) + " patches, " +
+        grouped(cell_count(record)) + (cell_count(record) == 1 ? " cell, " : " cells, ") +
+        grouped(record.counters.shots) + " shots, " + grouped(record.counters.rays + record.traced_rays) + " rays" +
+        (record.counters.bytes_sent > 0 ? ", " + grouped(record.counters.bytes_sent) + " bytes between cells" : ""));
     const EnergyLedger& energy = record.energy;
-    const double percent = energy.emitted > 0 ? 100 / energy.emitted : 0;
-    lines.push_back("energy: " + shown("%.4g W emitted = ", energy.emitted) + shown("%.2f %% absorbed + ", percent * energy.absorbed) +
-                    shown("%.2f %% escaped + ", percent * energy.escaped) + shown("%.2f %% unshot, ", percent * energy.unshot) +
-                    shown("residual %.1e", energy.residual()));
+    lines.push_back("energy: " + shown("%.4g W emitted = ", energy.emitted) + percent(energy.absorbed, energy.emitted) +
+                    " absorbed + " + percent(energy.escaped, energy.emitted) + " escaped + " +
+                    percent(energy.unshot, energy.emitted) + " unshot, " + shown("residual %.1e", energy.residual()));
   } else {
     lines.push_back(grouped(record.traced_rays) + " rays");
   }
   const RunRecord::Seconds& s = record.seconds;
   lines.push_back(shown("%.2f s", s.total) + shown(" (load %.2f,", s.load) + shown(" mesh %.2f,", s.mesh) +
-                  shown(" radiosity %.2f,", s.radiosity) + shown(" rays %.2f)", s.rays) + " on " + std::to_string(record.threads) +
-                  (record.threads == 1 ? " thread" : " threads") +
+                  shown(" radiosity %.2f,", s.radiosity) + shown(" rays %.2f)", s.rays) + " on " +
+                  std::to_string(record.threads) + (record.threads == 1 ? " thread" : " threads") +
                   shown(", %.0f MB", static_cast<double>(peak_memory_bytes()) / 1e6));
   return lines;
 }

@@ -31,15 +31,15 @@ struct RunRecord {
   std::string kept_solution;               ///< file name; empty: none was asked for
   unsigned threads = 1;
 
-  bool has_first_pass = false;             ///< the next six mean something
+  bool has_first_pass = false;  ///< the next six mean something
   std::uint64_t elements = 0, patches = 0;
   std::array<std::uint32_t, 3> cells{0, 0, 0};
   EnergyLedger energy;
   SolveCounters counters;
   bool converged = false;
-  double emitted_w = 0;                    ///< of the scene, first pass or not
+  double emitted_w = 0;  ///< of the scene, first pass or not
 
-  std::uint64_t traced_rays = 0;           ///< of the second pass, or at sensor points
+  std::uint64_t traced_rays = 0;  ///< of the second pass, or at sensor points
   struct Seconds {
     double load = 0, mesh = 0, radiosity = 0, rays = 0, total = 0;
   } seconds;

@@ -8,7 +8,7 @@ namespace lichthof {
 namespace {
 
 constexpr std::size_t max_patches = 16;   // the mesher makes at most 4; room for other meshers
-constexpr std::size_t max_corners = 256;  // of one polygon
+constexpr std::size_t max_corners = 16;   // of one polygon: the kernels take 20, and cutting elements adds 4
 constexpr double frame_tolerance = 1e-4;
 
 bool finite(const Vec2& v) { return std::isfinite(v.x) && std::isfinite(v.y); }

@@ -51,6 +51,42 @@ std::vector<Surface> surfaces_in(const Scene& scene, const Box& box) {
   return inside;
 }
 
+/// Where the hemicube stands: the centre of the light that leaves, unless it is dark there. The centre of a floor patch
+/// may lie under a cabinet; a hemicube in there would hide the whole shot from all other cells.
+Vec3 hemicube_centre(const Shot& shot) {
+  struct Place {
+    Vec2 centre;
+    double light, area;
+  };
+  std::vector<Place> places;
+  Vec2 middle{0.0};
+  double light_sum = 0, area_sum = 0;
+  for (const ShotPatch& patch : shot.patches) {
+    const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
+    for (std::size_t k = 0; k < patch.area.size(); ++k) {
+      if (patch.area[k] <= 0) continue;
+      const Vec2 centre = patch.lo + step * (Vec2{static_cast<double>(k % patch.columns), static_cast<double>(k / patch.columns)} + 0.5);
+      const Rgb delta = glm::abs(Rgb{patch.delta[k]});
+      places.push_back({centre, sum_channels(delta) * patch.area[k], patch.area[k]});
+      middle += places.back().light * centre;
+      light_sum += places.back().light;
+      area_sum += patch.area[k];
+    }
+  }
+  if (!(light_sum > 0)) return shot.centre;
+  middle /= light_sum;
+  const Place* nearest = nullptr;       // of all places
+  const Place* nearest_lit = nullptr;   // of those at least half as bright as the mean
+  const auto nearer = [&](const Place& a, const Place* b) {
+    return !b || glm::dot(a.centre - middle, a.centre - middle) < glm::dot(b->centre - middle, b->centre - middle);
+  };
+  for (const Place& place : places) {
+    if (nearer(place, nearest)) nearest = &place;
+    if (place.light * area_sum >= 0.5 * light_sum * place.area && nearer(place, nearest_lit)) nearest_lit = &place;
+  }
+  return shot.plane.point(nearest == nearest_lit || !nearest_lit ? middle : nearest_lit->centre);
+}
+
 /// Occluders for the tests before rays: any convex part of a surface will do, so of a many-cornered one some corners suffice.
 FlatOccluder occluder_of(const Surface& surface, const Vec3& origin) {
   const std::size_t count = surface.corners.size();
@@ -63,17 +99,18 @@ FlatOccluder occluder_of(const Surface& surface, const Vec3& origin) {
 }  // namespace
 
 struct CellLight::Impl {
-  Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& lit, const Box& box,
-       const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
+  Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& groups,
+       const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
       : scene(std::move(scene_)),
         mesh(std::move(mesh_)),
         options(options_),
         parallel(std::move(parallel_)),
         surfaces(surfaces_in(*scene, box)),
         origin(local_origin()),
-        tree(receiver_tree(*mesh, lit, origin)),
+        tree(receiver_tree(*mesh, lit_groups(groups), origin)),
         rays(*scene, surfaces, origin, Glass::clear),
-        light(*mesh, tree) {
+        light(*mesh, tree),
+        outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}) {
     for (const Surface& surface : surfaces) occluders.push_back(occluder_of(surface, origin));
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
@@ -81,6 +118,11 @@ struct CellLight::Impl {
         power += sum_channels(light.patches[p].exitance) * light.patches[p].area;
       largest_initial_power = std::max(largest_initial_power, power);
     }
+  }
+
+  std::vector<GroupId> lit_groups(std::vector<GroupId> groups) const {
+    std::erase_if(groups, [&](GroupId id) { return !mesh->group_is_lit[id.value]; });
+    return groups;
   }
 
   Vec3 local_origin() const {
@@ -100,12 +142,12 @@ struct CellLight::Impl {
   RayScene rays;
   std::vector<FlatOccluder> occluders;
   Radiosity light;
+  PatchOutlines outlines;
   double largest_initial_power = 0;
 };
 
 CellLight::CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
                      const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel) {
-  std::erase_if(groups, [&](GroupId id) { return !mesh->group_is_lit[id.value]; });
   impl_ = std::make_unique<Impl>(std::move(scene), std::move(mesh), groups, box, options, std::move(parallel));
 }
 
@@ -141,11 +183,12 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
     out.area.assign(out.delta.size(), 0.f);
   }
   impl_->light.take(local, shot);
+  shot.centre = hemicube_centre(shot);
   return shot;
 }
 
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
-  const TransferScene scene{impl_->tree, impl_->rays, impl_->occluders, impl_->options, impl_->origin};
+  const TransferScene scene{*impl_->mesh, impl_->tree, impl_->rays, impl_->occluders, impl_->outlines, impl_->options, impl_->origin};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   if (!incoming) impl_->light.record_closure(shot.power(), work.received);
   return work;
@@ -155,6 +198,9 @@ void CellLight::project(const Shot& shot, const Box& beyond, HemicubeBitmap& bit
   const HemicubeFrame frame = shot.frame();
   for (const Surface& surface : impl_->surfaces) {
     if (impl_->scene->material_of(surface).finish == Finish::glass) continue;
+    // The shooter's own plane, which rounding may lift over its centre.
+    const double height = glm::dot(shot.plane.normal, surface.corners[0] - shot.centre);
+    if (std::abs(glm::dot(shot.plane.normal, surface.normal)) > 1 - 1e-9 && std::abs(height) < impl_->rays.offset()) continue;
     if (can_not_shadow(surface.corners[0], surface.normal, shot.centre, beyond)) continue;
     lichthof::project(frame, surface.corners, bitmap);
   }
@@ -193,8 +239,9 @@ void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) 
 
 CellPower CellLight::power() const { return impl_->light.power(); }
 
-void CellLight::store(Solution& solution) const {
-  const Radiosity::Expected expected = impl_->light.expected();
+CellOutlook CellLight::outlook() const { return impl_->light.outlook(); }
+
+void CellLight::store(Solution& solution, const ExpectedLight& pending) const {
   for (std::size_t k = 0; k < impl_->tree.clusters.size(); ++k) {
     const Cluster& cluster = impl_->tree.clusters[k];
     const ClusterLight& light = impl_->light.clusters[k];
@@ -207,7 +254,7 @@ void CellLight::store(Solution& solution) const {
         solution.shot[e][c] = light.shot[c][lane];
       }
       const PatchLight& patch = impl_->light.patches[cluster.first_patch + cluster.patch[lane]];
-      solution.pending[e] = Rgbf{expected.irradiance(patch.received_w / patch.area)};
+      solution.pending[e] = Rgbf{pending.irradiance(patch.received_w / patch.area)};
     }
   }
 }

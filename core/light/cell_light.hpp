@@ -27,6 +27,34 @@ struct ShotPatch {
   Rgbf emitted{0.f};                  ///< own emission in this shot (W/m²): what makes it direct light
 };
 
+/// Sums over a cell from which the light still to come is estimated; those of all cells add up to the scene's.
+struct CellOutlook {
+  Rgb sent_w{0.0};        ///< Σ S A
+  Rgb received_w{0.0};    ///< Σ H A
+  Rgb unshot_w{0.0};      ///< Σ ΔB A
+  Rgb reflected_w{0.0};   ///< Σ ρ H A
+  Rgb white_area{0.0};    ///< Σ ρ A (m²)
+  double area = 0;        ///< m² of lit patches
+  void add(const CellOutlook& other);
+};
+
+/// Light that a patch may still expect from what is not yet shot: irradiance e = everywhere + in_proportion · H (W/m²).
+///
+///     Σ e A = Σ ΔB A · κ / (1 - ρ̄ κ)
+///
+/// κ is the measured closure: received over sent power so far; it diverges nowhere, unlike 1/(1-ρ). Half of the light is
+/// spread evenly, as Cohen's ambient term is; the other half as the light was so far, which keeps it out of rooms that
+/// stay dark (docs/decisions/0003).
+struct ExpectedLight {
+  Rgb everywhere{0.0};     ///< W/m²
+  Rgb in_proportion{0.0};  ///< 1
+  Rgb irradiance(const Rgb& received) const { return everywhere + in_proportion * received; }
+};
+/// @param closure  κ per channel, in [0, 1]
+ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure);
+/// The same with the closure of the outlook itself: right for a whole scene, whose cells send to each other alone.
+ExpectedLight expected_light(const CellOutlook& scene);
+
 /// One distribution of unshot radiosity, self-contained: any cell can receive it (the paper's copy of the shooting patch).
 struct Shot {
   ShotId id;
@@ -99,13 +127,14 @@ class CellLight {
   /// @param beyond  box around all cells still to come
   void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const;
 
-  /// Adds the light the cells expect from elsewhere to no state; see Solution::pending.
   void set_emission(std::uint32_t material, const Rgb& radiance);      ///< E moves, so unshot moves; no shot needed (§2.1)
   void set_reflectance(std::uint32_t material, const Rgb& reflectance);///< ρ moves, H is kept (§2.1)
 
   CellPower power() const;
+  CellOutlook outlook() const;
   /// Copies this cell's elements into the global arrays of the solution, and back (resume).
-  void store(Solution& solution) const;
+  /// @param pending  what the whole scene may still expect: Solution::pending follows from it
+  void store(Solution& solution, const ExpectedLight& pending) const;
   void load(const Solution& solution);
   std::size_t memory_bytes() const;
 

@@ -65,19 +65,60 @@ double sum(const std::vector<float>& values) {
 }
 }  // namespace
 
-Radiosity::Expected Radiosity::expected() const {
-  Expected expected;
+CellOutlook Radiosity::outlook() const {
+  CellOutlook own = ahead();
+  for (const PatchLight& patch : patches) own.sent_w += patch.shot_w;
+  return own;
+}
+
+CellOutlook Radiosity::ahead() const {
+  CellOutlook own;
   for (int c = 0; c < 3; ++c) {
-    const double unshot = sum(unshot_w_[c]), answer = sum(answer_w_[c]);
-    const double received = sum(received_w_[c]), reflected = sum(reflected_w_[c]);
-    if (area_ <= 0 || sent_w_[c] <= 0 || received <= 0) continue;
-    const double closure = std::clamp(arrived_w_[c] / sent_w_[c], 0.0, 1.0);
+    own.received_w[c] = sum(received_w_[c]);
+    own.unshot_w[c] = sum(unshot_w_[c]);
+    own.reflected_w[c] = sum(reflected_w_[c]);
+    own.white_area[c] = sum(answer_w_[c]);
+  }
+  own.area = area_;
+  return own;
+}
+
+void CellOutlook::add(const CellOutlook& other) {
+  sent_w += other.sent_w;
+  received_w += other.received_w;
+  unshot_w += other.unshot_w;
+  reflected_w += other.reflected_w;
+  white_area += other.white_area;
+  area += other.area;
+}
+
+ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure) {
+  ExpectedLight expected;
+  for (int c = 0; c < 3; ++c) {
+    if (!(outlook.area > 0) || !(outlook.received_w[c] > 0)) continue;
+    const double kappa = std::clamp(closure[c], 0.0, 1.0);
     // Closed and perfectly white would expect without bound; nothing built is whiter than this.
-    const auto total = [&](double reflectance) { return unshot * closure / (1.0 - std::min(reflectance * closure, 0.999)); };
-    expected.everywhere[c] = 0.5 * total(answer / area_) / area_;
-    expected.in_proportion[c] = 0.5 * total(reflected / received) / received;
+    const auto total = [&](double reflectance) {
+      return outlook.unshot_w[c] * kappa / (1.0 - std::min(reflectance * kappa, 0.999));
+    };
+    expected.everywhere[c] = 0.5 * total(outlook.white_area[c] / outlook.area) / outlook.area;
+    expected.in_proportion[c] = 0.5 * total(outlook.reflected_w[c] / outlook.received_w[c]) / outlook.received_w[c];
   }
   return expected;
+}
+
+ExpectedLight expected_light(const CellOutlook& scene) {
+  Rgb closure{0.0};
+  for (int c = 0; c < 3; ++c)
+    if (scene.sent_w[c] > 0) closure[c] = scene.received_w[c] / scene.sent_w[c];
+  return expected_light(scene, closure);
+}
+
+ExpectedLight Radiosity::expected() const {
+  Rgb closure{0.0};
+  for (int c = 0; c < 3; ++c)
+    if (sent_w_[c] > 0) closure[c] = arrived_w_[c] / sent_w_[c];
+  return expected_light(ahead(), closure);
 }
 
 CellLight::Candidate Radiosity::strongest() {

@@ -39,29 +39,20 @@ class Radiosity {
   /// Recomputes a group's unshot power after its patches have changed. Safe for different groups at the same time.
   void update_group(std::uint32_t local_group);
 
-  /// Light that a patch may still expect from what is not yet shot: irradiance e = everywhere + in_proportion · H (W/m²).
-  ///
-  ///     Σ e A = Σ ΔB A · κ / (1 - ρ̄ κ)
-  ///
-  /// κ is the measured closure: received over sent power of the shots so far. It diverges nowhere, unlike 1/(1-ρ). Half of
-  /// the sum is spread evenly, as Cohen's ambient term is; the other half as the light was so far, which keeps it out of
-  /// rooms that stay dark. (Figures: docs/decisions/0003.)
-  struct Expected {
-    Rgb everywhere{0.0};     ///< W/m²
-    Rgb in_proportion{0.0};  ///< 1
-    Rgb irradiance(const Rgb& received) const { return everywhere + in_proportion * received; }
-  };
-  Expected expected() const;
+  /// What the patches of this cell may expect from this cell's own unshot light, by the closure measured on its own shots.
+  /// Other cells are left out on purpose: what is known of them is always late, and overshooting on late news diverges.
+  ExpectedLight expected() const;
 
   /// The group with the largest |ΔB + ρ e| A, summed over channels.
   CellLight::Candidate strongest();
 
-  /// Records what a shot of this cell sent and how much of it arrived (W).
+  /// Records what a shot of this cell sent and how much of it arrived here (W).
   void record_closure(const Rgb& sent_w, const Rgb& received_w);
 
   /// Moves ΔB + ρe of every element of a group into S. @returns the shot without its geometry
   void take(std::uint32_t local_group, Shot& shot);
 
+  CellOutlook outlook() const;
   CellPower power() const;
   const std::vector<std::uint32_t>& local_group_of() const { return local_group_of_; }
 
@@ -74,8 +65,9 @@ class Radiosity {
   std::array<std::vector<float>, 3> received_w_;    ///< per group and channel: Σ H A
   std::vector<std::uint32_t> local_group_of_;       ///< by mesh group; none if not here
   double area_ = 0;
-  Expected expected_;                               ///< as strongest() found it last; take() shoots with the same
-  Rgb sent_w_{0.0}, arrived_w_{0.0};
+  ExpectedLight expected_;                            ///< as strongest() found it last; take() shoots with the same
+  CellOutlook ahead() const;                        ///< outlook() without Σ S A, which only the whole scene needs
+  Rgb sent_w_{0.0}, arrived_w_{0.0};                ///< of this cell's own shots, in this cell
 };
 
 }  // namespace lichthof

@@ -127,9 +127,9 @@ float distance_to_box(const FlatShooter& f, const float (&lo)[3], const float (&
 /// The work of one island: every item of one subtree, on one thread.
 class IslandTask {
  public:
-  IslandTask(const LocalShot& shot, const HemicubeBitmap* incoming, const HemicubeFrame& frame, const TransferScene& scene,
-             Radiosity& light)
-      : shot_(shot), incoming_(incoming), scene_(scene), light_(light), offset_(static_cast<float>(scene.rays.offset())) {
+  IslandTask(const LocalShot& shot, const HemicubeBitmap* incoming, const ItemVisibility* items, const HemicubeFrame& frame,
+             const TransferScene& scene, Radiosity& light)
+      : shot_(shot), incoming_(incoming), items_(items), scene_(scene), light_(light), offset_(static_cast<float>(scene.rays.offset())) {
     clear_segments(factors_.segments);
     const Vec3 centre = frame.centre - scene.origin;
     for (int axis = 0; axis < 3; ++axis) {
@@ -178,7 +178,7 @@ class IslandTask {
   void visit(std::uint32_t index) {
     const ReceiverNode& node = scene_.tree.nodes[index];
     if (behind(node.lo, node.hi)) return;
-    if (node.cluster_count > 1 && hidden(node)) {
+    if (!items_ && node.cluster_count > 1 && hidden(node)) {
       work_.clusters_hidden += node.cluster_count;
       return;
     }
@@ -199,6 +199,7 @@ class IslandTask {
     if (behind(cluster.lo, cluster.hi)) return false;
     if (cluster.planar && faces_away(cluster)) return false;
     ++work_.clusters_tested;
+    if (items_) return receive_by_items(cluster, index);
     // Reflected light: the level of detail follows from the distance alone. It must never change from shot to shot: what a
     // receiver got of single elements earlier would not fit what it gets of their mean later.
     const TransferOptions& options = scene_.options;
@@ -221,6 +222,28 @@ class IslandTask {
     return touched;
   }
 
+  /// The paper's transfer: patch by patch, each receiver seen or not from the centre of the shooting patch.
+  bool receive_by_items(const Cluster& cluster, std::uint32_t index) {
+    bool touched = false;
+    for (std::size_t p = 0; p < shot_.patches.size(); ++p) {
+      item_patch_ = p;
+      const Part part = !shot_.emits ? Part::reflected : shot_.reflects ? Part::both : Part::emitted;
+      touched |= add(cluster, index, shot_.patches[p], part);
+    }
+    return touched;
+  }
+
+  void look_up_items(const Cluster& cluster, std::uint32_t seen) {
+    const Receivers16& r = cluster.points;
+    for (int lane = 0; lane < 16; ++lane) {
+      if (!((seen >> lane) & 1)) continue;
+      const PatchPlace& place = scene_.tree.patches[cluster.first_patch + cluster.patch[lane]];
+      const Vec3 point = Vec3{r.x[lane], r.y[lane], r.z[lane]} + scene_.origin;
+      if (!items_->sees(item_patch_, point, scene_.mesh.patches[place.mesh_patch].plane.value))
+        factors_.segments.tfar[lane] = -1.f;
+    }
+  }
+
   bool faces_away(const Cluster& cluster) const {
     const Receivers16& r = cluster.points;
     const FlatShooter& f = shot_.group.flat;
@@ -237,7 +260,8 @@ class IslandTask {
     if (seen == 0) return false;
     work_.form_factors += 16;
     if (incoming_ && !apply_bitmap(cluster)) return false;
-    trace_shadows(seen);
+    if (items_) look_up_items(cluster, seen);
+    else trace_shadows(seen);
 
     ClusterLight& light = light_.clusters[index];
     float delta[3];
@@ -318,6 +342,8 @@ class IslandTask {
 
   const LocalShot& shot_;
   const HemicubeBitmap* incoming_;
+  const ItemVisibility* items_;     ///< method `hemicube`; null: shadow rays
+  std::size_t item_patch_ = 0;
   const TransferScene& scene_;
   Radiosity& light_;
   const Kernels& kernels_ = kernels();
@@ -337,10 +363,13 @@ TransferWork transfer(const Shot& shot, const HemicubeBitmap* incoming, const Tr
                       const Parallel& parallel) {
   const LocalShot local = local_shot(shot, scene.origin);
   const HemicubeFrame frame = shot.frame();
+  std::optional<ItemVisibility> items;
+  if (scene.options.method == TransferMethod::hemicube)
+    items.emplace(shot, scene.outlines, incoming, scene.options.hemicube_resolution, parallel);
   const std::vector<std::uint32_t>& islands = scene.tree.islands;
   std::vector<TransferWork> parts(islands.size());
   parallel.for_each(islands.size(), [&](std::size_t i) {
-    parts[i] = IslandTask(local, incoming, frame, scene, light).run(islands[i]);
+    parts[i] = IslandTask(local, incoming, items ? &*items : nullptr, frame, scene, light).run(islands[i]);
   });
   // Summed in the order of the islands, so that the total does not depend on the threads.
   TransferWork total;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/light/cell_light.hpp"
+#include "core/light/item_visibility.hpp"
 #include "core/light/radiosity.hpp"
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
@@ -34,9 +35,11 @@ struct LocalShot {
 LocalShot local_shot(const Shot& shot, const Vec3& origin);
 
 struct TransferScene {
+  const Mesh& mesh;
   const ReceiverTree& tree;
   const RayScene& rays;
   const std::vector<FlatOccluder>& occluders;  ///< the surfaces of the cell, index as RayScene's hits
+  const PatchOutlines& outlines;               ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
 };

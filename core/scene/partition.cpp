@@ -254,7 +254,7 @@ struct Choice {
 /// The cuts of every candidate: quantiles for all, moves only for the few that start best; the rest are dropped.
 std::vector<Choice> choices_for(const BlockCounts& counts, const Vec3& size,
                                 const std::vector<CellPosition>& candidates) {
-  constexpr std::size_t improved = 6;
+  constexpr std::size_t improved = 24;
   std::vector<Choice> choices;
   for (const CellPosition& along : candidates) {
     Choice choice;

@@ -37,7 +37,8 @@ TEST_SUITE("io") {
     REQUIRE(hdr);
     REQUIRE(hdr->rgb.size() == image.rgb.size());
     // RGBE: 8 bits relative to the largest channel.
-    for (std::size_t i = 0; i < image.rgb.size(); ++i) CHECK(hdr->rgb[i] == doctest::Approx(image.rgb[i]).epsilon(0.02));
+    for (std::size_t i = 0; i < image.rgb.size(); ++i)
+      CHECK(hdr->rgb[i] == doctest::Approx(image.rgb[i]).epsilon(0.02));
     CHECK(folder.names() == std::vector<std::string>{"a.exr", "a.hdr"});
   }
 

@@ -30,7 +30,8 @@ Solution lit_floor() {
   square.area = 1;
   scene->surfaces.push_back(square);
   Surface disc;
-  for (int i = 0; i <= 8; ++i) disc.corners.push_back({1 + std::sin(i * std::numbers::pi / 8), 0.5 - 0.5 * std::cos(i * std::numbers::pi / 8), 0});
+  for (int i = 0; i <= 8; ++i)
+    disc.corners.push_back({1 + std::sin(i * std::numbers::pi / 8), 0.5 - 0.5 * std::cos(i * std::numbers::pi / 8), 0});
   disc.area = area(disc.corners);
   disc.material = 1;
   scene->surfaces.push_back(disc);
@@ -80,7 +81,8 @@ TEST_SUITE("io") {
     // Where floor and lamp meet, each keeps its own colour.
     int floor_corners = 0, lamp_corners = 0;
     for (const ElementModel::Vertex& vertex : model.vertices)
-      if (std::abs(vertex.position.x - 1) < 1e-9) (vertex.radiosity.x > std::numbers::pi ? lamp_corners : floor_corners)++;
+      if (std::abs(vertex.position.x - 1) < 1e-9)
+        (vertex.radiosity.x > std::numbers::pi ? lamp_corners : floor_corners)++;
     CHECK(floor_corners >= 4);
     CHECK(lamp_corners >= 2);
   }
@@ -95,10 +97,10 @@ TEST_SUITE("io") {
     CHECK(line == "x,y,z,nx,ny,nz,area,Er,Eg,Eb,Br,Bg,Bb,material");
     std::getline(lines, line);
     double v[13];
-    REQUIRE(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", v, v + 1, v + 2, v + 3, v + 4, v + 5, v + 6,
-                        v + 7, v + 8, v + 9, v + 10, v + 11, v + 12) == 13);
-    CHECK(v[0] > 1);       // millimetres
-    CHECK(v[4] == 1);      // y up
+    REQUIRE(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", v, v + 1, v + 2, v + 3,
+                        v + 4, v + 5, v + 6, v + 7, v + 8, v + 9, v + 10, v + 11, v + 12) == 13);
+    CHECK(v[0] > 1);   // millimetres
+    CHECK(v[4] == 1);  // y up
     CHECK(v[7] == doctest::Approx(2 * v[0] / 1000));
     CHECK(v[10] == doctest::Approx(v[7] / 2));
     CHECK(line.find(",\"floor, \"\"oak\"\"\"") != std::string::npos);
@@ -138,7 +140,8 @@ TEST_SUITE("io") {
     std::memcpy(&buffer_bytes, bytes.data() + 20 + word[3], 4);
     CHECK(json["buffers"][0]["byteLength"] == buffer_bytes);
     CHECK(20 + word[3] + 8 + buffer_bytes == bytes.size());
-    for (const auto& view : json["bufferViews"]) CHECK(view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>() <= buffer_bytes);
+    for (const auto& view : json["bufferViews"])
+      CHECK(view["byteOffset"].get<std::size_t>() + view["byteLength"].get<std::size_t>() <= buffer_bytes);
     const auto& primitives = json["meshes"][0]["primitives"];
     REQUIRE(primitives.size() == 2);
     CHECK(json["materials"][0]["name"] == "floor, \"oak\"");
@@ -156,7 +159,8 @@ TEST_SUITE("io") {
     const ScratchFolder folder;
     check_error(write_model(folder / "m.fbx", lit_floor()), folder / "m.fbx", ".glb, .ply and .csv");
     for (const char* name : {"m.csv", "m.ply", "m.glb"}) {
-      check_error(write_model(folder / (std::string("no/") + name), lit_floor()), folder / (std::string("no/") + name), "No such file");
+      check_error(write_model(folder / (std::string("no/") + name), lit_floor()), folder / (std::string("no/") + name),
+                  "No such file");
       std::filesystem::create_symlink("/dev/full", folder / name);
       check_error(write_model(folder / name, lit_floor()), folder / name, "No space left");
     }

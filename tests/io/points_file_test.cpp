@@ -54,7 +54,8 @@ TEST_SUITE("io") {
     const ScratchFolder folder;
     const auto points = read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n"), {});
     REQUIRE(points);
-    check_error(write_irradiance(folder / "no/o.csv", *points, std::vector<Rgb>{Rgb{1}}), folder / "no/o.csv", "No such file");
+    check_error(write_irradiance(folder / "no/o.csv", *points, std::vector<Rgb>{Rgb{1}}), folder / "no/o.csv",
+                "No such file");
     check_error(write_irradiance("/dev/full", *points, std::vector<Rgb>{Rgb{1}}), "/dev/full", "No space left");
   }
 }

@@ -25,10 +25,11 @@ Expected<LoadedScene> read(const ScratchFolder& folder, const std::string& toml,
 TEST_SUITE("io") {
   TEST_CASE("scene_file: parts are scaled, turned, then moved") {
     const ScratchFolder folder;
-    const auto loaded = read(folder, "unit = \"cm\"\n" + part + "scale = 2\nrotate_z = 90\ntranslate = [10, 0, 5]\n" + part);
+    const auto loaded =
+        read(folder, "unit = \"cm\"\n" + part + "scale = 2\nrotate_z = 90\ntranslate = [10, 0, 5]\n" + part);
     REQUIRE(loaded);
     REQUIRE(loaded->scene.surfaces.size() == 2);
-    CHECK(loaded->scene.materials.size() == 2);  // equal materials of both parts are one
+    CHECK(loaded->scene.materials.size() == 2);                // equal materials of both parts are one
     const Vec3 second = loaded->scene.surfaces[0].corners[1];  // was (1, 0, 0)
     CHECK(second.x == doctest::Approx(0.10));
     CHECK(second.y == doctest::Approx(0.02));
@@ -47,9 +48,10 @@ TEST_SUITE("io") {
 
   TEST_CASE("scene_file: cameras, patch size and material changes arrive in metres") {
     const ScratchFolder folder;
-    const auto loaded = read(folder, "unit = \"mm\"\n[mesh]\npatch = 500\n" + part +
-                                         "[[camera]]\nname = \"a\"\neye = [1000, 0, 0]\ntarget = [0, 0, 0]\nfov = 45\n"
-                                         "[[material]]\nname = \"wall\"\nreflectance = [1.5, 0.5, 0]\nemission = [3, 2, 1]\n");
+    const auto loaded =
+        read(folder, "unit = \"mm\"\n[mesh]\npatch = 500\n" + part +
+                         "[[camera]]\nname = \"a\"\neye = [1000, 0, 0]\ntarget = [0, 0, 0]\nfov = 45\n"
+                         "[[material]]\nname = \"wall\"\nreflectance = [1.5, 0.5, 0]\nemission = [3, 2, 1]\n");
     REQUIRE(loaded);
     CHECK(*loaded->scene.patch_size == doctest::Approx(0.5));
     REQUIRE(loaded->scene.cameras.size() == 1);
@@ -75,7 +77,8 @@ TEST_SUITE("io") {
     const std::string file = folder / "s.toml";
     check_error(read(folder, "unit = \n"), file + ":1", "TOML");
     check_error(read(folder, ""), file, "no [[part]]");
-    check_error(read(folder, part + "colour = 1\n"), file + ":3", "unknown key 'colour' in [[part]]; known are file, scale");
+    check_error(read(folder, part + "colour = 1\n"), file + ":3",
+                "unknown key 'colour' in [[part]]; known are file, scale");
     check_error(read(folder, "lamps = 1\n" + part), file + ":1", "known are unit, up, mesh, part, camera, material");
     check_error(read(folder, "unit = \"yard\"\n" + part), file + ":1", "mm, cm, m, in or ft");
     check_error(read(folder, "up = 3\n" + part), file + ":1", "text in quotes");
@@ -88,10 +91,13 @@ TEST_SUITE("io") {
     check_error(read(folder, "[part]\nfile = \"a.obj\"\n"), file + ":1", "[[part]]");
     check_error(read(folder, part + "[mesh]\npatch = -1\n"), file + ":4", "'patch' expects a number");
     check_error(read(folder, part + "[[camera]]\nname = \"a\"\neye = [0, 0, 0]\n"), file + ":3", "'target' is missing");
-    check_error(read(folder, part + "[[camera]]\nname = \"a\"\neye = [0, 0, 0]\ntarget = [0, 0, 0]\n"), file + ":3", "same point");
-    check_error(read(folder, part + "[[camera]]\nname = \"a\"\neye = [0, 0, 0]\ntarget = [0, 0, 1]\n"), file + ":3", "up direction");
+    check_error(read(folder, part + "[[camera]]\nname = \"a\"\neye = [0, 0, 0]\ntarget = [0, 0, 0]\n"), file + ":3",
+                "same point");
+    check_error(read(folder, part + "[[camera]]\nname = \"a\"\neye = [0, 0, 0]\ntarget = [0, 0, 1]\n"), file + ":3",
+                "up direction");
     check_error(read(folder, part + "[[material]]\nname = \"gold\"\n"), file + ":3", "no part has a material 'gold'");
-    check_error(read(folder, part + "[[material]]\nname = \"wall\"\nemission = [-1, 0, 0]\n"), file + ":5", "'emission' expects");
+    check_error(read(folder, part + "[[material]]\nname = \"wall\"\nemission = [-1, 0, 0]\n"), file + ":5",
+                "'emission' expects");
   }
 
   TEST_CASE("scene_file: a patch size that would drown the machine is refused") {
@@ -123,7 +129,8 @@ TEST_SUITE("io") {
     CHECK(copy.cameras[0].eye == scene.cameras[0].eye);
     CHECK(*copy.patch_size == 0.25);
     REQUIRE(copy.textures.size() == 1);
-    for (std::size_t i = 0; i < 6; ++i) CHECK(copy.textures[0].rgb[i] == doctest::Approx(scene.textures[0].rgb[i]).epsilon(1e-4));
+    for (std::size_t i = 0; i < 6; ++i)
+      CHECK(copy.textures[0].rgb[i] == doctest::Approx(scene.textures[0].rgb[i]).epsilon(1e-4));
 
     const FileFrame millimetres_y_up{0.001, true};
     REQUIRE(write_scene(folder / "other.obj", scene, millimetres_y_up));

@@ -69,7 +69,8 @@ TEST_SUITE("io") {
     ReadOptions options;
     options.unit = "mm";
     options.up = "y";
-    const auto loaded = read(folder, "mtllib m.mtl\nv 0 0 0\nv 1000 0 0\nv 0 2000 0\nusemtl lamp\nf 1 2 3\n", grey + lamp, options);
+    const auto loaded =
+        read(folder, "mtllib m.mtl\nv 0 0 0\nv 1000 0 0\nv 0 2000 0\nusemtl lamp\nf 1 2 3\n", grey + lamp, options);
     REQUIRE(loaded);
     const Surface& surface = loaded->scene.surfaces[0];
     CHECK(surface.corners[2].z == doctest::Approx(2));
@@ -84,8 +85,8 @@ TEST_SUITE("io") {
 
   TEST_CASE("obj_reader: concave and bent faces become convex planar pieces of the same area") {
     const ScratchFolder folder;
-    const auto concave = read(folder,
-                              "mtllib m.mtl\nusemtl grey\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n");
+    const auto concave = read(
+        folder, "mtllib m.mtl\nusemtl grey\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n");
     REQUIRE(concave);
     CHECK(concave->report.concave_split == 1);
     CHECK(concave->scene.surfaces.size() == 2);
@@ -99,9 +100,10 @@ TEST_SUITE("io") {
       CHECK(surface.source_face == 1);
     }
     // A frame around a hole, joined by a bridge.
-    const auto frame = read(folder,
-                            "mtllib m.mtl\nusemtl grey\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n"
-                            "f 1 2 3 4 1 5 6 7 8 5\n");
+    const auto frame =
+        read(folder,
+             "mtllib m.mtl\nusemtl grey\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n"
+             "f 1 2 3 4 1 5 6 7 8 5\n");
     REQUIRE(frame);
     CHECK(total_area(frame->scene) == doctest::Approx(12));
     for (const Surface& surface : frame->scene.surfaces) CHECK(is_convex(surface.corners));
@@ -166,7 +168,8 @@ TEST_SUITE("io") {
     check_error(read(folder, square + "v 1e400 0 0\nf 1 2 3\n"), file + ":7", "not finite");
     check_error(read(folder, square + "v 0 0\nf 1 2 3\n"), file + ":7", "expects 3 numbers, found 2");
     check_error(read(folder, square + "v 0 zero 0\nf 1 2 3\n"), file + ":7", "found 'zero'");
-    check_error(read(folder, square + "f 1 2 99\nf 1 2 3\n"), file + ":7", "vertex index 99 is out of range: the file has 4");
+    check_error(read(folder, square + "f 1 2 99\nf 1 2 3\n"), file + ":7",
+                "vertex index 99 is out of range: the file has 4");
     check_error(read(folder, square + "f 1 2 -5\n"), file + ":7", "counts back beyond the first");
     check_error(read(folder, square + "f 0 1 2\n"), file + ":7", "indices count from 1");
     check_error(read(folder, square + "f 1/9 2/1 3/1\nvt 0 0\n"), file + ":7", "texture coordinate index 9");
@@ -185,9 +188,11 @@ TEST_SUITE("io") {
   TEST_CASE("obj_reader: what is wrong with materials is one line with its number") {
     const ScratchFolder folder;
     const std::string obj = folder / "s.obj", mtl = folder / "m.mtl";
-    check_error(read(folder, "mtllib other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), obj + ":1", "'other.mtl' does not exist");
+    check_error(read(folder, "mtllib other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), obj + ":1",
+                "'other.mtl' does not exist");
     check_error(read(folder, square + "usemtl gold\nf 1 2 3\n"), obj + ":7", "material 'gold' is not defined");
-    check_error(read(folder, "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gold\nf 1 2 3\n"), obj + ":4", "no material file (mtllib)");
+    check_error(read(folder, "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gold\nf 1 2 3\n"), obj + ":4",
+                "no material file (mtllib)");
     const std::string face = square + "f 1 2 3\n";
     check_error(read(folder, face, "newmtl grey\nKd -0.1 0 0\n"), mtl + ":2", "Kd is negative");
     check_error(read(folder, face, "newmtl grey\nKd nan 0 0\n"), mtl + ":2", "Kd is not a finite number");
@@ -234,29 +239,5 @@ TEST_SUITE("io") {
     CHECK(finish("illum 3\nKs 0 0 0\n") == Finish::diffuse);
     CHECK(finish("illum 4\nNi 1.52\n") == Finish::glass);
     CHECK(finish("illum 7\n") == Finish::glass);
-  }
-
-  TEST_CASE("convex_pieces: coordinates far from the origin give the same pieces") {
-    for (const double far : {0.0, 4.5e6}) {
-      const Polygon polygon{{far, far, 0}, {far + 2, far, 0}, {far + 2, far + 1, 0}, {far + 1, far + 1, 0}, {far + 1, far + 2, 0}, {far, far + 2, 0}};
-      CHECK(convex_pieces(polygon).size() == 2);
-    }
-  }
-
-  TEST_CASE("convex_pieces: a star of many corners and a polygon that crosses itself") {
-    Polygon star;
-    for (int i = 0; i < 40; ++i) {
-      const double angle = 2 * std::numbers::pi * i / 40, r = i % 2 ? 1 : 0.4;
-      star.push_back({r * std::cos(angle), 0, -r * std::sin(angle)});
-    }
-    double sum = 0;
-    for (const auto& piece : convex_pieces(star)) {
-      Polygon corners;
-      for (const auto i : piece) corners.push_back(star[i]);
-      CHECK(is_convex(corners));
-      sum += area(corners);
-    }
-    CHECK(sum == doctest::Approx(area(star)));
-    CHECK(convex_pieces(Polygon{{0, 0, 0}, {2, 2, 0}, {2, 0, 0}, {0, 1, 0}}).empty());
   }
 }

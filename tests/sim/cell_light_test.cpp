@@ -38,7 +38,9 @@ struct RealRun {
     solution.direct_irradiance.resize(mesh->elements.size());
     solution.shot.resize(mesh->elements.size());
     solution.pending.resize(mesh->elements.size());
-    for (const auto& light : lights) light->store(solution);
+    CellOutlook outlook;
+    for (const auto& light : lights) outlook.add(light->outlook());
+    for (const auto& light : lights) light->store(solution, expected_light(outlook));
   }
   std::shared_ptr<const CellGrid> grid;
   std::vector<std::shared_ptr<CellLight>> lights;

@@ -59,7 +59,7 @@ double largest_difference(const std::vector<Rgb>& a, const std::vector<Rgb>& b) 
 
 TEST_SUITE("simulation") {
   TEST_CASE("simulation: 1000 orders of delivery: joins never hang, termination is never early, energy is kept") {
-    std::uint64_t shots = 0, joins = 0, events = 0;
+    std::uint64_t joins = 0;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
       const CellPosition sizes[] = {{3, 2, 1}, {2, 2, 2}, {4, 1, 1}, {3, 3, 1}, {1, 1, 1}};
       const test::ToyWorld world = test::toy_world(sizes[seed % 5], 3, seed / 5);
@@ -72,12 +72,9 @@ TEST_SUITE("simulation") {
       REQUIRE(run.oracle().open_shots() == 0);
       REQUIRE(run.controller().progress().shots == run.oracle().shots());
       REQUIRE(linear_defect(run) < 1e-6);
-      shots += run.oracle().shots();
       joins += run.oracle().joins();
-      events += report.events;
     }
-    MESSAGE(shots << " shots, " << joins << " joins, " << events << " events");
-    CHECK(joins > 10'000);
+    CHECK(joins > 10'000);  // the thousand runs did meet what they are about
   }
 
   TEST_CASE("simulation: a free run of many cells ends within eps of the one-cell radiosity") {

@@ -29,8 +29,8 @@ TEST_CASE("final_gather: in a narrow gap the light is found by going on, whateve
   const auto lit = std::make_shared<LitScene>(uniform_solution(scene, 0.25, 1000, 0));
   const FinalGather gather(lit, 1024);
   std::uint64_t rays = 0;
-  // From the middle of the gap nearly every path is swallowed before it reaches the rim.
-  CHECK(gather.irradiance({2, 2, 2}, {0, 0, 1}, 1, rays).x < 2.5);
+  // Answered by elements it would be 500. Only rays that travel half an element sideways, 1 in 40 per bounce, still are.
+  CHECK(gather.irradiance({2, 2, 2}, {0, 0, 1}, 1, rays).x < 40);
 }
 
 TEST_CASE("final_gather: half of the view bright gives half of the light") {
