@@ -34,7 +34,8 @@ void lose_worker(BalancerSelf* self, const caf::down_msg& down) {
 }  // namespace
 
 BalancerActor::behavior_type balancer_actor(BalancerSelf* self, std::shared_ptr<Balancer> balancer, const Clock& clock,
-                                            std::shared_ptr<TraceRecord> record, const std::shared_ptr<Meters>& meters) {
+                                            std::shared_ptr<TraceRecord> record,
+                                            const std::shared_ptr<Meters>& meters) {
   report_failures(self, "balancer");
   self->show_meter(meters, "balancer");
   self->set_down_handler([self](caf::down_msg& down) { lose_worker(self, down); });

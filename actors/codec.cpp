@@ -13,7 +13,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 // No message of a sound peer comes near these.
-constexpr std::uint32_t max_corners = 1u << 12, max_patches = 1u << 8, max_places = 1u << 12, max_bitmap_bytes = 1u << 20;
+constexpr std::uint32_t max_corners = 1u << 12, max_patches = 1u << 8, max_places = 1u << 12,
+                        max_bitmap_bytes = 1u << 20;
 constexpr std::uint32_t max_pixels = max_message_bytes / 12;
 
 /// Fewest bytes an element of a list takes: what bounds the count by the bytes that are left.
@@ -92,11 +93,17 @@ template <class Codec, class T>
 using Field = std::conditional_t<Codec::reads, T&, const T&>;
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, Vec2> v) { c(v.x, v.y); }
+void fields(Codec& c, Field<Codec, Vec2> v) {
+  c(v.x, v.y);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, Vec3> v) { c(v.x, v.y, v.z); }
+void fields(Codec& c, Field<Codec, Vec3> v) {
+  c(v.x, v.y, v.z);
+}
 template <class Codec>
-void fields(Codec& c, Field<Codec, Rgbf> v) { c(v.x, v.y, v.z); }
+void fields(Codec& c, Field<Codec, Rgbf> v) {
+  c(v.x, v.y, v.z);
+}
 
 template <class Codec>
 void fields(Codec& c, Field<Codec, ShotId> id) {
@@ -295,7 +302,8 @@ Bytes encode(const Message& message) {
 
 Expected<Message> decode(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 2) return refused("shorter than its header");
-  if (bytes[0] != wire_version) return refused("wire form " + std::to_string(bytes[0]) + " instead of " + std::to_string(wire_version));
+  if (bytes[0] != wire_version)
+    return refused("wire form " + std::to_string(bytes[0]) + " instead of " + std::to_string(wire_version));
   Message message;
   Reader reader(bytes.subspan(2));
   if (!read_kind(bytes[1], reader, message)) return refused("unknown kind " + std::to_string(bytes[1]));

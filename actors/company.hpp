@@ -10,7 +10,8 @@ namespace lichthof::actors {
 template <class Handle>
 void kill_now(const Handle& handle) {
   const auto actor = caf::actor_cast<caf::actor>(handle);
-  if (actor) caf::anon_send<caf::message_priority::high>(actor, caf::exit_msg{actor->address(), caf::exit_reason::kill});
+  if (actor)
+    caf::anon_send<caf::message_priority::high>(actor, caf::exit_msg{actor->address(), caf::exit_reason::kill});
 }
 
 class Company {

@@ -7,10 +7,8 @@ namespace {
 struct ControllerRoute {
   ControllerSelf* self;
   template <class M>
-    requires is_one_of<M, std::variant<StartRadiosity, PollCell, StopRadiosity, GeometryChange>>
-  void operator()(CellId to, M&& message) const {
-    self->send(self->state.cells[to.value], message);
-  }
+  requires is_one_of<M, std::variant<StartRadiosity, PollCell, StopRadiosity, GeometryChange>>
+  void operator()(CellId to, M&& message) const { self->send(self->state.cells[to.value], message); }
 };
 
 /// All in one go, so that no cell works before the last one knows the others.

@@ -39,8 +39,9 @@ struct Introduction {
 };
 
 /// What the controller may do to a cell.
-using CellControl = HemicubeSink::extend<caf::reacts_to<Introduction>, caf::reacts_to<StartRadiosity>, caf::reacts_to<PollCell>,
-                                         caf::reacts_to<StopRadiosity>, caf::reacts_to<GeometryChange>>;
+using CellControl =
+    HemicubeSink::extend<caf::reacts_to<Introduction>, caf::reacts_to<StartRadiosity>, caf::reacts_to<PollCell>,
+                         caf::reacts_to<StopRadiosity>, caf::reacts_to<GeometryChange>>;
 /// A cell as it sees itself.
 using CellActor = CellControl::extend<caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
 
@@ -48,8 +49,9 @@ using CellActor = CellControl::extend<caf::reacts_to<iterate_atom>, caf::reacts_
 using RunControl = caf::typed_actor<caf::reacts_to<begin_atom>, caf::reacts_to<Stop>, caf::reacts_to<GeometryChange>>;
 
 /// The controller as it sees itself.
-using ControllerActor = ReportSink::extend<caf::reacts_to<begin_atom>, caf::reacts_to<Stop>, caf::reacts_to<GeometryChange>,
-                                           caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
+using ControllerActor =
+    ReportSink::extend<caf::reacts_to<begin_atom>, caf::reacts_to<Stop>, caf::reacts_to<GeometryChange>,
+                       caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
 
 // ---- Second pass ------------------------------------------------------------------------------------------------------
 
@@ -63,7 +65,8 @@ struct Enlistment {
 };
 
 /// What a worker may do to the balancer.
-using JobSource = caf::typed_actor<caf::reacts_to<Enlistment>, caf::reacts_to<JobRequest>, caf::reacts_to<ColumnResult>>;
+using JobSource =
+    caf::typed_actor<caf::reacts_to<Enlistment>, caf::reacts_to<JobRequest>, caf::reacts_to<ColumnResult>>;
 
 using WorkerActor = JobSink::extend<caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
 using BalancerActor = JobSource::extend<caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;

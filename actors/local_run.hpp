@@ -27,10 +27,11 @@ struct SolveRun {
   std::shared_ptr<const CellGrid> grid;
   SolveOptions options;
   std::shared_ptr<const Parallel> parallel;
-  const Solution* resume = nullptr;               ///< continue from here; same scene and mesh
-  const std::atomic<bool>* stop = nullptr;        ///< set by a signal: end early, keep what was reached
-  std::function<void(const RadiosityProgress&)> progress;  ///< a few times a second and at the end, on the calling thread
-  std::shared_ptr<Meters> meters;                 ///< to watch the actors by; may be empty
+  const Solution* resume = nullptr;         ///< continue from here; same scene and mesh
+  const std::atomic<bool>* stop = nullptr;  ///< set by a signal: end early, keep what was reached
+  std::function<void(const RadiosityProgress&)>
+      progress;                    ///< a few times a second and at the end, on the calling thread
+  std::shared_ptr<Meters> meters;  ///< to watch the actors by; may be empty
 };
 /// @returns the solution reached; converged = false when it was stopped. Counters are those of this run alone. A stopped run
 ///          lets the shots under way arrive, so that it can be resumed without a loss; after two seconds it no longer waits
@@ -43,15 +44,15 @@ struct TraceRun {
   unsigned workers = 1;
   Scheduling scheduling = Scheduling::adaptive;
   const std::atomic<bool>* stop = nullptr;
-  std::function<void(double share_done)> progress;         ///< a few times a second; may be empty
-  std::shared_ptr<Meters> meters;                          ///< to watch the actors by; may be empty
+  std::function<void(double share_done)> progress;  ///< a few times a second; may be empty
+  std::shared_ptr<Meters> meters;                   ///< to watch the actors by; may be empty
 };
 struct TraceResult {
   Image image;
   std::uint64_t rays = 0;
   std::uint32_t jobs = 0;
   double seconds = 0;
-  double idle_seconds = 0;                        ///< sum over workers of the time from their last result to the end
+  double idle_seconds = 0;  ///< sum over workers of the time from their last result to the end
   bool complete = false;
 };
 /// @returns the picture; complete = false when it was stopped. Its bits don't depend on the number of workers

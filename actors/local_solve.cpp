@@ -19,9 +19,9 @@ namespace {
 using namespace std::chrono_literals;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-constexpr auto look_every = 50ms;         // at the stop flag
+constexpr auto look_every = 50ms;  // at the stop flag
 constexpr auto show_every = 200ms;
-constexpr auto patience = 2s;             // for shots under way when a run is stopped
+constexpr auto patience = 2s;  // for shots under way when a run is stopped
 
 using Lights = std::vector<std::shared_ptr<CellLight>>;
 
@@ -101,7 +101,8 @@ class Watch {
 };
 
 /// Drives the machines until the controller says that it is over. @post no actor is left
-void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells, const std::shared_ptr<Controller>& controller) {
+void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells,
+          const std::shared_ptr<Controller>& controller) {
   SystemConfig config;
   caf::actor_system system(config);
   Company company(system);
@@ -110,8 +111,10 @@ void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells, 
 
   // Nobody runs before the first message: the order of the steps follows from the machines alone.
   std::vector<CellControl> handles;
-  for (const auto& cell : cells) handles.push_back(company.join(system.spawn<caf::lazy_init>(cell_actor, cell, context)));
-  const ControllerActor lead = company.join(system.spawn<caf::lazy_init>(controller_actor, controller, handles, context));
+  for (const auto& cell : cells)
+    handles.push_back(company.join(system.spawn<caf::lazy_init>(cell_actor, cell, context)));
+  const ControllerActor lead =
+      company.join(system.spawn<caf::lazy_init>(controller_actor, controller, handles, context));
 
   caf::scoped_actor self{system};
   const caf::error failure = Watch(run, *context.board, self, lead).until_the_end();

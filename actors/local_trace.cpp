@@ -15,12 +15,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto look_every = 50ms;       // at the stop flag
+constexpr auto look_every = 50ms;  // at the stop flag
 constexpr auto show_every = 200ms;
 constexpr std::uint32_t columns_per_step = 1;  // a worker can be stopped after each
 
 /// Waits for the end of the pass. @returns none when the picture is finished or was stopped, else why it failed
-caf::error until_the_end(const TraceRun& run, const TraceRecord& record, caf::scoped_actor& self, const BalancerActor& balancer) {
+caf::error until_the_end(const TraceRun& run, const TraceRecord& record, caf::scoped_actor& self,
+                         const BalancerActor& balancer) {
   self->monitor(balancer);
   caf::error reason;
   auto shown = std::chrono::steady_clock::now();

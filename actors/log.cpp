@@ -18,26 +18,34 @@ std::string text(const ShotId& shot) { return fmt::format("shot {}.{}", shot.cel
 }  // namespace
 
 std::string text(const Address& address) {
-  return std::visit(Cases{[](ToController) { return std::string("controller"); },
-                          [](ToBalancer) { return std::string("balancer"); },
-                          [](CellId cell) { return fmt::format("cell {}", cell.value); },
-                          [](WorkerId worker) { return fmt::format("worker {}", worker.value); }},
-                    address);
+  return std::visit(
+      Cases{[](ToController) { return std::string("controller"); }, [](ToBalancer) { return std::string("balancer"); },
+            [](CellId cell) { return fmt::format("cell {}", cell.value); },
+            [](WorkerId worker) { return fmt::format("worker {}", worker.value); }},
+      address);
 }
 
 std::string text(const Event& event) {
   return std::visit(
       Cases{[](const ShotFired& e) {
-              return fmt::format("cell {} {} {}: {:.4g} W, {:.4g} W arrive", e.cell.value, e.external ? "receives" : "fires", text(e.shot),
-                                 e.power_w, e.received_w);
+              return fmt::format("cell {} {} {}: {:.4g} W, {:.4g} W arrive", e.cell.value,
+                                 e.external ? "receives" : "fires", text(e.shot), e.power_w, e.received_w);
             },
-            [](const BitmapsJoined& e) { return fmt::format("cell {} joins {} bitmaps of {}", e.cell.value, e.parts, text(e.shot)); },
+            [](const BitmapsJoined& e) {
+              return fmt::format("cell {} joins {} bitmaps of {}", e.cell.value, e.parts, text(e.shot));
+            },
             [](const VisitSkipped& e) { return fmt::format("cell {} sees nothing of {}", e.cell.value, text(e.shot)); },
-            [](const ChangeApplied& e) { return fmt::format("cell {} applies change {}", e.cell.value, e.version.value); },
+            [](const ChangeApplied& e) {
+              return fmt::format("cell {} applies change {}", e.cell.value, e.version.value);
+            },
             [](const CellIdle& e) { return fmt::format("cell {} falls idle", e.cell.value); },
             [](const Converged& e) { return fmt::format("converged after {} shots", e.shots); },
-            [](const JobAssigned& e) { return fmt::format("worker {} gets columns {} to {}", e.worker.value, e.first, e.last); },
-            [](const JobFinished& e) { return fmt::format("worker {} delivers columns {} to {}", e.worker.value, e.first, e.last); },
+            [](const JobAssigned& e) {
+              return fmt::format("worker {} gets columns {} to {}", e.worker.value, e.first, e.last);
+            },
+            [](const JobFinished& e) {
+              return fmt::format("worker {} delivers columns {} to {}", e.worker.value, e.first, e.last);
+            },
             [](const MessageRefused& e) { return fmt::format("cell {}: a message was refused", e.cell.value); }},
       event);
 }

@@ -29,7 +29,8 @@ void log_error(const std::string& who, const caf::error& error);
 /// dropped. Nothing goes to standard output.
 template <class Self>
 void report_failures(Self* self, const std::string& who) {
-  self->set_exception_handler([who](caf::scheduled_actor*, std::exception_ptr& exception) { return failure_of(who, exception); });
+  self->set_exception_handler(
+      [who](caf::scheduled_actor*, std::exception_ptr& exception) { return failure_of(who, exception); });
   self->set_default_handler([who](caf::scheduled_actor*, caf::message_view& message) -> caf::result<caf::message> {
     log_unexpected(who, message);
     return caf::sec::unexpected_message;

@@ -14,12 +14,12 @@ namespace lichthof::actors {
 
 /// Of one actor. Counts grow for ever; readers take differences.
 struct Meter {
-  std::string name;                            ///< "cell 3"; set before the meter is shown
-  std::atomic<std::uint64_t> busy_ns{0};       ///< time spent in handlers
-  std::atomic<std::uint64_t> runs{0};          ///< times it was given a thread
-  std::atomic<std::uint64_t> arrived{0};       ///< messages
-  std::atomic<std::uint64_t> steps{0};         ///< of its machine
-  std::atomic<std::uint64_t> depth{0};         ///< messages waiting when it last got a thread
+  std::string name;                       ///< "cell 3"; set before the meter is shown
+  std::atomic<std::uint64_t> busy_ns{0};  ///< time spent in handlers
+  std::atomic<std::uint64_t> runs{0};     ///< times it was given a thread
+  std::atomic<std::uint64_t> arrived{0};  ///< messages
+  std::atomic<std::uint64_t> steps{0};    ///< of its machine
+  std::atomic<std::uint64_t> depth{0};    ///< messages waiting when it last got a thread
 };
 
 /// The meters of a run. Actors add theirs; monitoring reads them. A meter stays when its actor is gone.

@@ -6,7 +6,7 @@
 namespace lichthof::actors {
 
 struct SystemOptions {
-  unsigned threads = 1;         ///< of the scheduler; detached actors have their own
+  unsigned threads = 1;  ///< of the scheduler; detached actors have their own
   /// Messages an actor deals with before another one gets the thread. 1: actors on one thread take turns step by step, so
   /// that no cell shoots far ahead of the light of the others. Must be finite, or a busy actor keeps its thread for ever.
   unsigned max_throughput = 1;

@@ -39,8 +39,7 @@ caf::error inspect_bytes(Inspector& f, std::vector<std::uint8_t>& bytes) {
 }  // namespace actors
 
 template <class Inspector, class M>
-  requires(actors::is_one_of<M, Message>)
-typename Inspector::result_type inspect(Inspector& f, M& message) {
+requires(actors::is_one_of<M, Message>) typename Inspector::result_type inspect(Inspector& f, M& message) {
   if constexpr (std::is_base_of_v<caf::serializer, Inspector>) {
     std::vector<std::uint8_t> bytes = actors::encode(message);
     return actors::inspect_bytes(f, bytes);
@@ -81,17 +80,17 @@ typename Inspector::result_type inspect(Inspector& f, Enlistment& enlistment) {
 
 // Names are the protocol: they stand in every message between processes.
 CAF_BEGIN_TYPE_ID_BLOCK(lichthof, first_custom_type_id)
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::HemicubeMessage))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::StartRadiosity))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::CellReady))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::CellReport))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::PollCell))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::StopRadiosity))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::GeometryChange))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::JobRequest))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::JobAssignment))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::ColumnResult))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::Stop))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::actors::Introduction))
-  CAF_ADD_TYPE_ID(lichthof, (lichthof::actors::Enlistment))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::HemicubeMessage))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::StartRadiosity))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::CellReady))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::CellReport))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::PollCell))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::StopRadiosity))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::GeometryChange))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::JobRequest))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::JobAssignment))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::ColumnResult))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::Stop))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::actors::Introduction))
+CAF_ADD_TYPE_ID(lichthof, (lichthof::actors::Enlistment))
 CAF_END_TYPE_ID_BLOCK(lichthof)

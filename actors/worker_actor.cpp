@@ -16,8 +16,8 @@ struct WorkerRoute {
 
 }  // namespace
 
-WorkerActor::behavior_type worker_actor(WorkerSelf* self, WorkerId id, std::shared_ptr<Worker> worker, JobSource balancer,
-                                        const Clock& clock, const std::shared_ptr<Meters>& meters) {
+WorkerActor::behavior_type worker_actor(WorkerSelf* self, WorkerId id, std::shared_ptr<Worker> worker,
+                                        JobSource balancer, const Clock& clock, const std::shared_ptr<Meters>& meters) {
   report_failures(self, text(Address{id}));
   self->show_meter(meters, text(Address{id}));
   self->set_down_handler([self](caf::down_msg& down) { self->quit(down.reason); });

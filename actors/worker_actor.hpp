@@ -18,7 +18,7 @@ using WorkerSelf = caf::stateful_actor<WorkerState, Metered<WorkerActor::base>>;
 
 /// It enlists, works, and quits when it is told that all columns are finished, or when the balancer has gone.
 /// @param worker  nobody else touches it while the actor lives
-WorkerActor::behavior_type worker_actor(WorkerSelf* self, WorkerId id, std::shared_ptr<Worker> worker, JobSource balancer,
-                                        const Clock& clock, const std::shared_ptr<Meters>& meters);
+WorkerActor::behavior_type worker_actor(WorkerSelf* self, WorkerId id, std::shared_ptr<Worker> worker,
+                                        JobSource balancer, const Clock& clock, const std::shared_ptr<Meters>& meters);
 
 }  // namespace lichthof::actors

@@ -14,5 +14,6 @@ void add_probe(CLI::App& program, Command& chosen);
 void add_export(CLI::App& program, Command& chosen);
 void add_convert(CLI::App& program, Command& chosen);
 void add_doctor(CLI::App& program, Command& chosen);
+void add_bench(CLI::App& program, Command& chosen);
 
 }  // namespace lichthof::apps

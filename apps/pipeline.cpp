@@ -157,6 +157,7 @@ MeshOptions Run::mesh_options() const {
   wanted.element_size = first.element.value_or(0) * frame_.metres_per_unit;
   if (first.elements) wanted.target_elements = *first.elements;
   if (first.mesh_given().empty() && scene_->patch_size) wanted.patch_size = *scene_->patch_size;
+  if (first.mesh_given().empty() && scene_->element_size) wanted.element_size = *scene_->element_size;
   return wanted;
 }
 
@@ -164,8 +165,8 @@ Status Run::mesh() {
   const MeshOptions wanted = mesh_options();
   if (Status plausible = plausible_sizes(*scene_, wanted); !plausible) return plausible;
   if (wanted.element_size > 0 && wanted.element_size < wanted.patch_size / 4)
-    spdlog::warn("--element: a patch holds at most 16 elements; those of --patch {} are larger than asked for",
-                 *options_.first_pass.patch);
+    spdlog::warn("a patch holds at most 16 elements: those of patches of {} m are larger than the {} m asked for",
+                 wanted.patch_size, wanted.element_size);
   const RayScene rays(*scene_, scene_->surfaces, bounds(*scene_).centre(), Glass::clear);
   const std::vector<LitSides> lit = lit_sides(*scene_, rays, expected_block(*scene_, wanted), *parallel_);
   auto mesh = std::make_shared<Mesh>(mesh_of(*scene_, wanted, lit));

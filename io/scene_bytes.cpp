@@ -73,6 +73,7 @@ bool sound(const Scene& scene) {
          std::all_of(scene.surfaces.begin(), scene.surfaces.end(), good) && scene.file_frame.metres_per_unit > 0 &&
          std::isfinite(scene.file_frame.metres_per_unit) &&
          (!scene.patch_size || (std::isfinite(*scene.patch_size) && *scene.patch_size > 0)) &&
+         (!scene.element_size || (std::isfinite(*scene.element_size) && *scene.element_size > 0)) &&
          std::all_of(scene.cameras.begin(), scene.cameras.end(), [](const Camera& c) {
            return all_finite(c.eye) && all_finite(c.target) && all_finite(c.up) && std::isfinite(c.vertical_fov_deg);
          });
@@ -96,7 +97,7 @@ std::string scene_bytes(const Scene& scene) {
   ByteWriter to;
   to.put(scene.file_frame.metres_per_unit);
   to.put(static_cast<std::uint8_t>(scene.file_frame.y_up));
-  to.put(scene.patch_size.value_or(0.0));
+  to.put(scene.patch_size.value_or(0.0)), to.put(scene.element_size.value_or(0.0));
   to.put(static_cast<std::uint64_t>(scene.textures.size()));
   for (const Texture& texture : scene.textures) to.put(texture.name), to.put(texture.width), to.put(texture.height);
   to.put(static_cast<std::uint64_t>(scene.materials.size()));
@@ -117,9 +118,11 @@ std::string texture_bytes(const Scene& scene) {
 Expected<Scene> scene_from(std::string_view bytes, std::string_view texture_pixels, const std::string& where) {
   Scene scene;
   ByteReader from(bytes);
-  double patch_size = 0;
+  double patch_size = 0, element_size = 0;
   from.get(scene.file_frame.metres_per_unit), from.get(scene.file_frame.y_up), from.get(patch_size);
+  from.get(element_size);
   if (patch_size != 0) scene.patch_size = patch_size;
+  if (element_size != 0) scene.element_size = element_size;
   // The least bytes of one thing each: a name's length and the fixed fields.
   scene.textures.resize(from.count(16));
   for (Texture& texture : scene.textures) from.get(texture.name), from.get(texture.width), from.get(texture.height);

@@ -207,9 +207,11 @@ Status SceneFile::read(const toml::table& root, const ReadOptions& options) {
   allow(root, "the scene file", {"unit", "up", "mesh", "part", "camera", "material"});
   frame(root, options);
   if (const toml::table* mesh = table(root, "mesh")) {
-    allow(*mesh, "[mesh]", {"patch"});
+    allow(*mesh, "[mesh]", {"patch", "element"});
     if (const auto patch = number(*mesh, "patch", {0, largest_length, true}))
       scene_.patch_size = *patch * scene_.file_frame.metres_per_unit;
+    if (const auto element = number(*mesh, "element", {0, largest_length, true}))
+      scene_.element_size = *element * scene_.file_frame.metres_per_unit;
   }
   const auto parts = tables(root, "part");
   if (!error_ && parts.empty()) return bad_input(path_, "has no [[part]] with a file; there is nothing to see");

@@ -120,8 +120,9 @@ Expected<std::string> toml_text(const std::string& path, const Scene& scene, con
   if (unit == std::end(units))
     return bad_input(path, "a unit of " + shortest_number(frame.metres_per_unit) + " m has no name in a scene file");
   std::string text = "unit = \"" + std::string(unit->first) + "\"\nup = \"" + (frame.y_up ? "y" : "z") + "\"\n";
-  if (scene.patch_size)
-    text += "\n[mesh]\npatch = " + shortest_number(*scene.patch_size / frame.metres_per_unit) + "\n";
+  if (scene.patch_size || scene.element_size) text += "\n[mesh]\n";
+  if (scene.patch_size) text += "patch = " + shortest_number(*scene.patch_size / frame.metres_per_unit) + "\n";
+  if (scene.element_size) text += "element = " + shortest_number(*scene.element_size / frame.metres_per_unit) + "\n";
   text += "\n[[part]]\nfile = " + toml_string(stem.filename().string() + ".obj") + "\n";
   for (const Camera& camera : scene.cameras) {
     FileFrame direction = frame;

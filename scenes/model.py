@@ -259,11 +259,13 @@ class Model:
         return math.hypot(*self._normal(face)) / 2
 
 
-def write_scene(folder, stem, patch, cameras, note=""):
+def write_scene(folder, stem, patch, cameras, note="", element=None):
     """Writes STEM.toml: one part, the patch size in metres and cameras (name, eye, target, vertical fov in degrees)."""
     vector = lambda v: "[" + ", ".join(f"{c:g}" for c in v) + "]"
     lines = [f"# {note}"] if note else []
-    lines += ['unit = "m"', 'up = "z"', "", "[mesh]", f"patch = {patch:g}", "", "[[part]]", f'file = "{stem}.obj"']
+    lines += ['unit = "m"', 'up = "z"', "", "[mesh]", f"patch = {patch:g}"]
+    lines += [f"element = {element:g}"] if element else []
+    lines += ["", "[[part]]", f'file = "{stem}.obj"']
     for name, eye, target, fov in cameras:
         lines += ["", "[[camera]]", f'name = "{name}"', f"eye = {vector(eye)}", f"target = {vector(target)}",
                   "up = [0, 0, 1]", f"fov = {fov:g}"]

@@ -82,6 +82,7 @@ struct TransferOptions {
   std::uint32_t hemicube_resolution = 128;
   double near_factor = 1.0;     ///< receivers nearer than this many patch radii see the elements one by one
   double group_factor = 3.0;    ///< receivers beyond this many group radii see the group as one
+  /// Clusters that could receive less than this share of a shot's power are skipped: share ≤ A / (π d²).
   double contribution_cut = 1e-5;
 };
 

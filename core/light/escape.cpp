@@ -12,7 +12,7 @@ namespace lichthof {
 
 namespace {
 
-constexpr std::uint32_t strata = 8;               // along each axis of the hemisphere's unit square
+constexpr std::uint32_t strata = 8;  // along each axis of the hemisphere's unit square
 constexpr std::uint32_t rays_per_group = strata * strata;
 static_assert(rays_per_group % 16 == 0, "whole packets");
 

@@ -200,11 +200,15 @@ class IslandTask {
     if (cluster.planar && faces_away(cluster)) return false;
     ++work_.clusters_tested;
     if (items_) return receive_by_items(cluster, index);
+    const float group_distance = distance_to_box(shot_.group.flat, cluster.lo, cluster.hi);
+    if (can_not_matter(cluster, group_distance)) {
+      ++work_.clusters_cut;
+      return false;
+    }
     // Reflected light: the level of detail follows from the distance alone. It must never change from shot to shot: what a
     // receiver got of single elements earlier would not fit what it gets of their mean later.
     const TransferOptions& options = scene_.options;
-    const bool near_group = distance_to_box(shot_.group.flat, cluster.lo, cluster.hi) <=
-                            static_cast<float>(options.group_factor) * shot_.group.radius;
+    const bool near_group = group_distance <= static_cast<float>(options.group_factor) * shot_.group.radius;
     bool touched = false;
     if (!near_group && shot_.reflects) touched = add(cluster, index, shot_.group, Part::reflected);
     if (!near_group && !shot_.emits) return touched;
@@ -242,6 +246,13 @@ class IslandTask {
       if (!items_->sees(item_patch_, point, scene_.mesh.patches[place.mesh_patch].plane.value))
         factors_.segments.tfar[lane] = -1.f;
     }
+  }
+
+  /// No point of the shooter is nearer than `distance` minus its radius, and no cosine is above 1.
+  bool can_not_matter(const Cluster& cluster, float distance) const {
+    const float nearest = distance - shot_.group.radius;
+    constexpr float pi = 3.14159265f;
+    return nearest > 0 && cluster.total_area < static_cast<float>(scene_.options.contribution_cut) * pi * nearest * nearest;
   }
 
   bool faces_away(const Cluster& cluster) const {

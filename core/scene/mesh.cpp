@@ -232,7 +232,7 @@ class Cutter {
       double lo, hi;
       extent_along(polygon, axis, lo, hi);
       const double middle = 0.5 * (mesh_.lines[axis][block[axis]] + mesh_.lines[axis][block[axis] + 1]);
-      if (hi - lo <= 1.2 * patch || middle - lo < 0.2 * patch || hi - middle < 0.2 * patch) continue;
+      if (hi - lo <= 1.1 * patch || middle - lo < 0.2 * patch || hi - middle < 0.2 * patch) continue;
       std::vector<Polygon> cut;
       for (const Polygon& piece : pieces)
         for (const double sign : {1.0, -1.0})

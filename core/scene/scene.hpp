@@ -75,6 +75,7 @@ struct Scene {
   std::vector<Camera> cameras;        ///< the first is the default
   FileFrame file_frame;
   std::optional<double> patch_size;   ///< m; what the scene file asks of the mesher
+  std::optional<double> element_size; ///< m; likewise
 
   const Material& material_of(const Surface& surface) const { return materials[surface.material]; }
 };

@@ -42,7 +42,8 @@ struct Pass : test::TestSystem {
   actors::BalancerActor lead;
   std::vector<actors::WorkerActor> workers;
 
-  explicit Pass(std::uint32_t count, std::uint32_t impossible = ~0u) : source(std::make_shared<PaintedColumns>(impossible)) {
+  explicit Pass(std::uint32_t count, std::uint32_t impossible = ~0u)
+      : source(std::make_shared<PaintedColumns>(impossible)) {
     BalancerOptions options;
     options.columns = source->width(), options.height = source->height(), options.workers = count;
     balancer = std::make_shared<Balancer>(options);

@@ -20,12 +20,16 @@ class FailingLight final : public LightOfCell {
   explicit FailingLight(std::unique_ptr<LightOfCell> light) : light_(std::move(light)) {}
   CellLight::Candidate strongest() const override { return light_->strongest(); }
   double largest_initial_power() const override { return light_->largest_initial_power(); }
-  Shot take_shot(GroupId group, ShotId id, SceneVersion version) override { return light_->take_shot(group, id, version); }
+  Shot take_shot(GroupId group, ShotId id, SceneVersion version) override {
+    return light_->take_shot(group, id, version);
+  }
   TransferWork receive(const Shot& shot, const HemicubeBitmap* incoming) override {
     if (incoming) throw std::runtime_error("out of light");
     return light_->receive(shot, incoming);
   }
-  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const override { light_->project(shot, beyond, bitmap); }
+  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const override {
+    light_->project(shot, beyond, bitmap);
+  }
   void set_emission(std::uint32_t, const Rgb&) override {}
   void set_reflectance(std::uint32_t, const Rgb&) override {}
   CellPower power() const override { return light_->power(); }
@@ -44,7 +48,8 @@ struct Run : test::TestSystem {
   actors::ControllerActor lead;
   actors::Company company{system};
 
-  Run(const CellPosition& size, double eps, std::uint32_t failing = ~0u) : Run(test::toy_world(size, 4, 3), eps, failing) {}
+  Run(const CellPosition& size, double eps, std::uint32_t failing = ~0u)
+      : Run(test::toy_world(size, 4, 3), eps, failing) {}
   Run(test::ToyWorld world_, double eps, std::uint32_t failing = ~0u) : world(std::move(world_)) {
     context.board = std::make_shared<actors::Board>(world.grid->cell_count());
     context.meters = std::make_shared<actors::Meters>();

@@ -112,8 +112,7 @@ TEST_SUITE("codec") {
     for (const Message& message : samples()) {
       Bytes bytes = encode(message);
       CAPTURE(message.index());
-      for (std::size_t length = 0; length < bytes.size(); ++length)
-        REQUIRE(!decode(std::span(bytes).first(length)));
+      for (std::size_t length = 0; length < bytes.size(); ++length) REQUIRE(!decode(std::span(bytes).first(length)));
       bytes.push_back(0);
       CHECK(!decode(bytes));
     }
@@ -134,7 +133,8 @@ TEST_SUITE("codec") {
     for (const Message& message : samples()) {
       const Bytes sound = encode(message);
       for (std::size_t place = 2; place + 4 <= sound.size(); ++place)
-        for (const std::uint32_t count : {0xffffffffu, 0x7fffffffu, 0x00ffffffu, static_cast<std::uint32_t>(sound.size())}) {
+        for (const std::uint32_t count :
+             {0xffffffffu, 0x7fffffffu, 0x00ffffffu, static_cast<std::uint32_t>(sound.size())}) {
           Bytes bytes = sound;
           for (int i = 0; i < 4; ++i) bytes[place + i] = static_cast<std::uint8_t>(count >> (8 * i));
           const Expected<Message> decoded = decode(bytes);
@@ -151,7 +151,8 @@ TEST_SUITE("codec") {
       for (int round = 0; round < 20'000; ++round) {
         Bytes bytes = sound;
         for (std::uint32_t flips = 1 + random.below(4); flips > 0; --flips)
-          bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^= static_cast<std::uint8_t>(1u << random.below(8));
+          bytes[random.below(static_cast<std::uint32_t>(bytes.size()))] ^=
+              static_cast<std::uint8_t>(1u << random.below(8));
         if (random.below(8) == 0) bytes.resize(random.below(static_cast<std::uint32_t>(bytes.size())) + 1);
         const Expected<Message> decoded = decode(bytes);
         if (!decoded) continue;
@@ -212,7 +213,8 @@ TEST_SUITE("wire") {
     CHECK(std::string(buffer.begin(), buffer.end()).find("lichthof::HemicubeMessage") != std::string::npos);
   }
 
-  TEST_CASE_FIXTURE(test::TestSystem, "wire: an announced length beyond the bytes that came is refused, as is another message") {
+  TEST_CASE_FIXTURE(test::TestSystem,
+                    "wire: an announced length beyond the bytes that came is refused, as is another message") {
     for (const std::uint32_t length : {0xffffffffu, actors::max_message_bytes, 100u}) {
       std::vector<char> buffer;
       caf::binary_serializer sink(system, buffer);

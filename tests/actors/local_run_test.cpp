@@ -71,7 +71,8 @@ double relative_difference(const Solution& a, const Solution& b) {
 }
 
 bool same_bits(const Solution& a, const Solution& b) {
-  return a.irradiance == b.irradiance && a.direct_irradiance == b.direct_irradiance && a.shot == b.shot && a.pending == b.pending;
+  return a.irradiance == b.irradiance && a.direct_irradiance == b.direct_irradiance && a.shot == b.shot &&
+         a.pending == b.pending;
 }
 
 /// The solver without actors: shoot the strongest group until none is above the threshold.
@@ -103,7 +104,8 @@ class SlowColumns final : public ColumnSource {
     for (std::uint32_t column = job.first; column < job.last; ++column) {
       if (column == impossible_) throw std::runtime_error("a column of lead");
       std::this_thread::sleep_for(pace_);
-      for (std::uint32_t row = 0; row < height(); ++row) pixels.emplace_back(0.1f * static_cast<float>(column), 1.f / (1 + row), 2.f);
+      for (std::uint32_t row = 0; row < height(); ++row)
+        pixels.emplace_back(0.1f * static_cast<float>(column), 1.f / (1 + row), 2.f);
     }
     rays += pixels.size();
     return pixels;
@@ -134,7 +136,8 @@ TEST_SUITE("local run: first pass") {
 
   TEST_CASE("local run: four cells reach the light of one cell") {
     const Case rooms(0.25);
-    const Solution one = actors::solve(rooms.run({1, 1, 1}, 1, 1e-4)), four = actors::solve(rooms.run({2, 2, 1}, 1, 1e-4));
+    const Solution one = actors::solve(rooms.run({1, 1, 1}, 1, 1e-4)),
+                   four = actors::solve(rooms.run({2, 2, 1}, 1, 1e-4));
     CHECK(one.converged);
     CHECK(four.converged);
     CHECK(four.counters.messages > 0);

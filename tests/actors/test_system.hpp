@@ -23,7 +23,8 @@ struct TestSystem {
   /// Reason of an actor's end, told to `self`, which monitors it; fails when it has not ended.
   caf::error reason_of_end() {
     caf::error reason = caf::sec::request_timeout;
-    self->receive([&](const caf::down_msg& down) { reason = down.reason; }, caf::after(std::chrono::seconds(0)) >> [] {});
+    self->receive([&](const caf::down_msg& down) { reason = down.reason; },
+                  caf::after(std::chrono::seconds(0)) >> [] {});
     return reason;
   }
 };

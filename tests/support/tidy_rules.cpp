@@ -32,7 +32,7 @@ const std::vector<Folder>& folders() {
         {"sim/", {"core/"}},
         {"io/", {"core/"}},
         {"actors/", {"core/"}},
-        {"apps/", {"core/", "io/", "actors/", "sim/"}},
+        {"apps/", {"core/", "io/", "actors/", "sim/", "bench/"}},
         {"tests/", {"core/", "io/", "actors/", "sim/", "apps/"}},
         {"bench/", {"core/", "io/", "actors/", "sim/"}},
     };

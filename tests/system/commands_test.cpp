@@ -41,7 +41,7 @@ TEST_SUITE("system") {
   TEST_CASE("lichthof: help and version are on stdout, with examples") {
     const Outcome help = ran({"--help"});
     CHECK(help.status == 0);
-    for (const std::string command : {"render", "solve", "probe", "export", "convert", "doctor"}) {
+    for (const std::string command : {"render", "solve", "probe", "export", "convert", "doctor", "bench"}) {
       CHECK(help.out.find(command) != std::string::npos);
       const Outcome own = ran({command, "--help"});
       CHECK(own.status == 0);
@@ -217,5 +217,23 @@ TEST_SUITE("system") {
     const Outcome lines = ran({"doctor"});
     CHECK(lines.out.find("cpu") != std::string::npos);
     CHECK(lines.out.find("solver") != std::string::npos);
+  }
+
+  TEST_CASE("bench: one section is one JSON document of numbers") {
+    const Folder folder;
+    write_room(folder);
+    const Outcome outcome = ran({"bench", "kernels", "--scene", folder / "room.toml", "--repeat", "1", "--json"});
+    CHECK(outcome.status == 0);
+    const nlohmann::json report = outcome.json();
+    CHECK(report["repeat"] == 1);
+    CHECK_FALSE(report.contains("radiosity"));
+    const nlohmann::json& kernels = report["kernels"];
+    REQUIRE(kernels.contains("x86-64-v2"));
+    for (const nlohmann::json& value : {kernels["scalar"]["pairs_per_s"], kernels["x86-64-v2"]["ratio"],
+                                        kernels["bitmap_us"], kernels["visibility16_ns"]}) {
+      REQUIRE(value.is_number());
+      CHECK(value.get<double>() > 0);
+    }
+    CHECK(ran({"bench", "kernel"}).complains("is not one of"));
   }
 }

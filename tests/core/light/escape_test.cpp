@@ -22,7 +22,8 @@ Solution shining(const std::shared_ptr<const Scene>& scene, double patch_size) {
 void silence(Solution& solution, std::uint32_t surface) {
   for (const Patch& patch : solution.mesh->patches)
     if (patch.surface.value == surface)
-      for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) solution.shot[e] = Rgbf{0.f};
+      for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
+        solution.shot[e] = Rgbf{0.f};
 }
 
 }  // namespace
