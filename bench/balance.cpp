@@ -33,12 +33,12 @@ Expected<Section> balance_section(const BenchCase& scene) {
   if (!source) return source.error();
   Section section{"balance", {}};
   for (const auto& [name, scheduling] : {std::pair{"adaptive", Scheduling::adaptive}, {"boxes", Scheduling::boxes}}) {
-    double idle = 1, seconds = 1e300;
+    double idle = 0, seconds = 1e300;
     std::uint32_t jobs = 0;
     for (unsigned round = 0; round < scene.repeat(); ++round) {
       const Expected<actors::TraceResult> traced = scene.trace(*source, 2, scheduling);
       if (!traced) return traced.error();
-      idle = std::min(idle, traced->idle_seconds / (2 * traced->seconds));
+      idle += traced->idle_seconds / (2 * traced->seconds) / scene.repeat();
       seconds = std::min(seconds, traced->seconds);
       jobs = traced->jobs;
     }
