@@ -142,7 +142,7 @@ struct CellLight::Impl {
   RayScene rays;
   std::vector<FlatOccluder> occluders;
   Radiosity light;
-  PatchOutlines outlines;
+  ElementOutlines outlines;
   double largest_initial_power = 0;
 };
 

@@ -2,22 +2,35 @@
 
 namespace lichthof {
 
-PatchOutlines::PatchOutlines(const Mesh& mesh, std::span<const GroupId> groups) {
+ElementOutlines::ElementOutlines(const Mesh& mesh, std::span<const GroupId> groups) {
   for (const GroupId id : groups) {
     const Group& group = mesh.groups[id.value];
-    const Plane& plane = mesh.planes[group.plane.value];
-    for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) {
-      Outline outline;
-      for (const Vec2& corner : mesh.polygon(mesh.patches[p].polygon)) outline.corners.push_back(plane.point(corner));
-      outline.normal = plane.normal;
-      outline.plane = group.plane.value;
-      outline.both_sides = mesh.lit_sides.empty() || mesh.lit_sides[group.surface.value].back;
-      outlines_.push_back(std::move(outline));
-    }
+    for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) add(mesh, mesh.patches[p]);
   }
 }
 
-ItemVisibility::ItemVisibility(const Shot& shot, const PatchOutlines& outlines, const HemicubeBitmap* incoming,
+void ElementOutlines::add(const Mesh& mesh, const Patch& patch) {
+  const Plane& plane = mesh.planes[patch.plane.value];
+  const std::span<const Vec2> polygon = mesh.polygon(patch.polygon);
+  for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+    Vec2 lo, hi;
+    mesh.element_rectangle(patch, mesh.elements[e], lo, hi);
+    const double slack = 1e-9 * (hi.x - lo.x + hi.y - lo.y);
+    Polygon2 piece(polygon.begin(), polygon.end());
+    for (const auto& [normal, offset] : {std::pair{Vec2{1, 0}, lo.x}, std::pair{Vec2{-1, 0}, -hi.x},
+                                         std::pair{Vec2{0, 1}, lo.y}, std::pair{Vec2{0, -1}, -hi.y}})
+      if (!piece.empty()) piece = clipped(piece, normal, offset, slack);
+    if (piece.empty()) continue;
+    Outline outline;
+    for (const Vec2& corner : piece) outline.corners.push_back(plane.point(corner));
+    outline.normal = plane.normal;
+    outline.plane = patch.plane.value;
+    outline.both_sides = mesh.lit_sides.empty() || mesh.lit_sides[patch.surface.value].back;
+    outlines_.push_back(std::move(outline));
+  }
+}
+
+ItemVisibility::ItemVisibility(const Shot& shot, const ElementOutlines& outlines, const HemicubeBitmap* incoming,
                                std::uint32_t resolution, const Parallel& parallel)
     : buffers_(shot.patches.size(), ItemBuffer(resolution)), plane_of_item_(shot.patches.size()) {
   for (const ShotPatch& patch : shot.patches) {
@@ -28,7 +41,7 @@ ItemVisibility::ItemVisibility(const Shot& shot, const PatchOutlines& outlines, 
   parallel.for_each(shot.patches.size(), [&](std::size_t p) {
     if (incoming) buffers_[p].clear(*incoming);
     else buffers_[p].clear();
-    for (const PatchOutlines::Outline& outline : outlines.outlines()) {
+    for (const ElementOutlines::Outline& outline : outlines.outlines()) {
       const bool faces = glm::dot(outline.normal, frames_[p].centre - outline.corners[0]) > 0;
       // The same polygon stands twice where both sides are lit: the side that faces the shooter is the item.
       if (!faces && outline.both_sides) continue;

@@ -1,5 +1,6 @@
-/// Visibility as the paper has it: all patches of the cell projected onto the hemicube of each shooting patch. Method
-/// `hemicube`, on the same mesh and with the same form factors as the default, to compare with.
+/// Visibility as the paper has it: everything that receives in the cell is projected onto the hemicube of each shooting
+/// patch. (The paper's patches both shoot and receive; what receives here are elements.) Method `hemicube`, on the same mesh
+/// and with the same form factors as the default, to compare with.
 #pragma once
 
 #include <span>
@@ -11,20 +12,21 @@
 
 namespace lichthof {
 
-/// The polygons of a cell that can hide each other: its patches, dormant ones included.
-class PatchOutlines {
+/// The polygons of a cell that can hide each other: its elements, dormant ones included.
+class ElementOutlines {
  public:
-  PatchOutlines(const Mesh& mesh, std::span<const GroupId> groups);
+  ElementOutlines(const Mesh& mesh, std::span<const GroupId> groups);
 
   struct Outline {
     Polygon corners;          ///< world (m)
     Vec3 normal;
     std::uint32_t plane = 0;  ///< PlaneId of the side that is lit
-    bool both_sides = false;  ///< the other side has a patch of its own
+    bool both_sides = false;  ///< the other side has elements of its own
   };
   const std::vector<Outline>& outlines() const { return outlines_; }
 
  private:
+  void add(const Mesh& mesh, const Patch& patch);
   std::vector<Outline> outlines_;
 };
 
@@ -34,7 +36,7 @@ class ItemVisibility {
   /// @param incoming  bitmap of nearer cells, or nullptr
   /// @cost  R² pixels and every outline, for every patch: 1 to 10 ms
   /// @source paper §2; [Cohen85], [Baum89]
-  ItemVisibility(const Shot& shot, const PatchOutlines& outlines, const HemicubeBitmap* incoming, std::uint32_t resolution,
+  ItemVisibility(const Shot& shot, const ElementOutlines& outlines, const HemicubeBitmap* incoming, std::uint32_t resolution,
                  const Parallel& parallel);
 
   /// Does the patch's centre see the point (world, m) of that plane?

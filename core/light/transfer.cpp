@@ -178,7 +178,7 @@ class IslandTask {
   void visit(std::uint32_t index) {
     const ReceiverNode& node = scene_.tree.nodes[index];
     if (behind(node.lo, node.hi)) return;
-    if (!items_ && node.cluster_count > 1 && hidden(node)) {
+    if (!items_ && node.cluster_count >= clusters_worth_a_test && hidden(node)) {
       work_.clusters_hidden += node.cluster_count;
       return;
     }
@@ -282,7 +282,7 @@ class IslandTask {
                                          : source.reflected[c] + source.emitted[c];
     const float received_area = kernels_.accumulate16(factors_, cluster.area, delta, light.received);
     if (received_area <= 0.f) return false;
-    if (part != Part::reflected) kernels_.accumulate16(factors_, cluster.area, source.emitted, light.direct);
+    if (part != Part::reflected) kernels_.accumulate16(factors_, nullptr, source.emitted, light.direct);
     credit(cluster, Rgb{delta[0], delta[1], delta[2]}, received_area);
     return true;
   }
@@ -362,7 +362,7 @@ class IslandTask {
   float centre_[3], tangent_[3], bitangent_[3], normal_[3];
   Factors16 factors_;
   TransferWork work_;
-  static constexpr std::uint32_t clusters_worth_a_ray = 8;
+  static constexpr std::uint32_t clusters_worth_a_test = 3, clusters_worth_a_ray = 8;
   static constexpr int most_known = 4;
   std::uint32_t known_[most_known] = {};
   int known_count_ = 0;

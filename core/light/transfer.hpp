@@ -39,7 +39,7 @@ struct TransferScene {
   const ReceiverTree& tree;
   const RayScene& rays;
   const std::vector<FlatOccluder>& occluders;  ///< the surfaces of the cell, index as RayScene's hits
-  const PatchOutlines& outlines;               ///< only for the method `hemicube`
+  const ElementOutlines& outlines;               ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
 };

@@ -288,8 +288,20 @@ class Cutter {
       else
         --rows;
     }
+    if (columns * rows > 8) fill_vector(size, columns, rows);
     patch.columns = static_cast<std::uint8_t>(columns);
     patch.rows = static_cast<std::uint8_t>(rows);
+  }
+
+  /// A patch that fills more than half a vector may as well fill it: empty lanes cost as much as full ones.
+  static void fill_vector(const Vec2& size, int& columns, int& rows) {
+    constexpr int grids[][2] = {{4, 4}, {5, 3}, {3, 5}, {8, 2}, {2, 8}, {16, 1}, {1, 16}};
+    double best = 1e300;
+    for (const auto& grid : grids) {
+      const double ratio = (size.x / grid[0]) / (size.y / grid[1]);
+      const double elongation = std::max(ratio, 1 / ratio);
+      if (elongation < best) best = elongation, columns = grid[0], rows = grid[1];
+    }
   }
 
   void add_elements(const Patch& patch) {

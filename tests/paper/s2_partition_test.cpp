@@ -137,4 +137,52 @@ TEST_SUITE("paper §2") {
     const auto counts = patch_counts(mesh, *grid);
     CHECK(std::all_of(counts.begin(), counts.end(), [](std::uint32_t n) { return n > 0; }));
   }
+
+  TEST_CASE("§2: a cell holds the patches of its own box and no other") {
+    const Scene scene = crowded_flat();
+    const Mesh mesh = mesh_of(scene, {0.3, 0, 0}, {});
+    const auto grid = partition(mesh, bounds(scene), {8, CellPosition{2, 2, 2}});
+    REQUIRE(grid);
+    const auto groups = groups_by_cell(mesh, *grid);
+    REQUIRE(groups.size() == 8);
+    std::vector<int> holders(mesh.groups.size(), 0);
+    for (CellId cell{0}; cell.value < 8; ++cell.value) {
+      const Box box = grid->box(cell);
+      for (const GroupId id : groups[cell.value]) {
+        const Group& group = mesh.groups[id.value];
+        ++holders[id.value];
+        for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
+          REQUIRE(box.contains(mesh.patches[p].centre, rounding_m));
+        // A wall on a boundary belongs to the cell it faces.
+        const Vec3 in_front = group.centre + 1e-3 * mesh.planes[group.plane.value].normal;
+        if (grid->bounds().contains(in_front)) REQUIRE(box.contains(in_front));
+      }
+    }
+    CHECK(std::count(holders.begin(), holders.end(), 1) == static_cast<std::ptrdiff_t>(holders.size()));
+  }
+
+  TEST_CASE("§2: the projected edges of the grid are patch edges") {
+    const Scene scene = crowded_flat();
+    const Mesh mesh = mesh_of(scene, {0.3, 0, 0}, {});
+    // Where a surface crosses a line of the grid, no patch does.
+    std::size_t crossings = 0;
+    for (const Surface& surface : scene.surfaces)
+      for (int axis = 0; axis < 3; ++axis)
+        for (const double line : mesh.lines[axis]) {
+          bool below = false, above = false;
+          for (const Vec3& c : surface.corners)
+            below |= c[axis] < line - rounding_m, above |= c[axis] > line + rounding_m;
+          crossings += below && above;
+        }
+    CHECK(crossings > 100);
+    for (const Patch& patch : mesh.patches)
+      for (int axis = 0; axis < 3; ++axis) {
+        double lo = 1e300, hi = -1e300;
+        for (const Vec2& c : mesh.polygon(patch.polygon)) {
+          const double at = mesh.planes[patch.plane.value].point(c)[axis];
+          lo = std::min(lo, at), hi = std::max(hi, at);
+        }
+        for (const double line : mesh.lines[axis]) REQUIRE_FALSE((lo < line - rounding_m && hi > line + rounding_m));
+      }
+  }
 }

@@ -21,9 +21,10 @@ LICHTHOF_DECLARE(width_avx512)
 #undef LICHTHOF_DECLARE
 
 std::span<const Kernels> available_kernels() {
-  static const std::array<Kernels, 3> all{{{"x86-64-v2", width_v2::factor16, width_v2::accumulate16, width_v2::block16, width_v2::hidden8},
-                                           {"avx2", width_avx2::factor16, width_avx2::accumulate16, width_avx2::block16, width_avx2::hidden8},
-                                           {"avx512", width_avx512::factor16, width_avx512::accumulate16, width_avx512::block16, width_avx512::hidden8}}};
+#define LICHTHOF_KERNELS(name, width) {name, width::factor16, width::accumulate16, width::block16, width::hidden8}
+  static const std::array<Kernels, 3> all{{LICHTHOF_KERNELS("x86-64-v2", width_v2), LICHTHOF_KERNELS("avx2", width_avx2),
+                                           LICHTHOF_KERNELS("avx512", width_avx512)}};
+#undef LICHTHOF_KERNELS
   static const std::size_t count = [] {
     __builtin_cpu_init();
     if (!__builtin_cpu_supports("avx2")) return std::size_t{1};

@@ -95,9 +95,15 @@ inline V inverse_length(const V3& a) {
   return 1.f / square_root(square + 1e-37f);  // a corner at the receiver itself contributes nothing: a is 0 there
 }
 
+/// The edge is the same for all lanes: taken from the shooter it has no rounding of the receivers' places.
+inline V3 shooter_edge(const FlatShooter& shooter, int k, int next) {
+  return {all(shooter.x[next] - shooter.x[k]), all(shooter.y[next] - shooter.y[k]), all(shooter.z[next] - shooter.z[k])};
+}
+
 /// The general case: some lanes see the polygon across their horizon. Every lane clips for itself; a convex polygon
 /// leaves the upper half space at most once and comes back at most once, so one closing edge along the horizon suffices.
-V clipped_sum(const V3& n, const V3* corner, const V* height, int count, V3& target) {
+/// Lanes whose horizon cuts nothing get the very bits of the simple case: which lanes share a register is a matter of width.
+V clipped_sum(const V3& n, const FlatShooter& shooter, const V3* corner, const V* height, M cut_lanes, int count, V3& target) {
   V sum = all(0.f), corners_seen = all(0.f);
   V3 leaves{sum, sum, sum}, enters{sum, sum, sum}, middle{sum, sum, sum};
   M crosses = sum > 1.f;
@@ -105,14 +111,15 @@ V clipped_sum(const V3& n, const V3* corner, const V* height, int count, V3& tar
     const int next = k + 1 == count ? 0 : k + 1;
     const V3 &a = corner[k], &b = corner[next];
     const V ha = height[k], hb = height[next];
-    const M a_in = ha > 0.f, b_in = hb > 0.f;
+    const M a_in = (ha > 0.f) | ~cut_lanes, b_in = (hb > 0.f) | ~cut_lanes;
     const M out = a_in & ~b_in, in = ~a_in & b_in, used = a_in | b_in;
     if (!any(used)) continue;
     const V span = ha - hb;
     const V t = ha / select(out | in, span, all(1.f));
     const V3 cut = a + t * (b - a);
     const V3 from = select(in, cut, a), to = select(out, cut, b);
-    const V term = edge_term(n, from, to, to - from, inverse_length(from), inverse_length(to));
+    const V3 edge = select(a_in & b_in, shooter_edge(shooter, k, next), to - from);
+    const V term = edge_term(n, from, to, edge, inverse_length(from), inverse_length(to));
     sum += select(used, term, all(0.f));
     leaves = select(out, cut, leaves);
     enters = select(in, cut, enters);
@@ -151,16 +158,15 @@ V polygon_sum(Lanes& lanes, const FlatShooter& shooter, V3& target) {
   }
   lanes.alive = lanes.alive & (highest > 0.f);
   if (!any(lanes.alive)) return all(0.f);
-  if (any(lanes.alive & (lowest < 0.f))) return clipped_sum(lanes.n, corner, height, count, target);
+  if (any(lanes.alive & (lowest < 0.f)))
+    return clipped_sum(lanes.n, shooter, corner, height, lowest < 0.f, count, target);
 
   V sum = all(0.f);
   V inverse[room];
   for (int k = 0; k < count; ++k) inverse[k] = inverse_length(corner[k]);
   for (int k = 0; k < count; ++k) {
     const int next = k + 1 == count ? 0 : k + 1;
-    // The edge is the same for all lanes: taken from the shooter it has no rounding of the receivers' places.
-    const V3 e{all(shooter.x[next] - shooter.x[k]), all(shooter.y[next] - shooter.y[k]), all(shooter.z[next] - shooter.z[k])};
-    sum += edge_term(lanes.n, corner[k], corner[next], e, inverse[k], inverse[next]);
+    sum += edge_term(lanes.n, corner[k], corner[next], shooter_edge(shooter, k, next), inverse[k], inverse[next]);
   }
   return sum;
 }
@@ -217,12 +223,14 @@ float accumulate16(Factors16& factors, const float* area, const float (&value)[3
     const V factor = select(load(factors.segments.tfar + at) >= 0.f, load(factors.factor + at), all(0.f));
     store(factors.factor + at, factor);
     for (int c = 0; c < 3; ++c) store(sums[c] + at, load(sums[c] + at) + factor * value[c]);
-    store(weight + at, factor * load(area + at));
+    if (area) store(weight + at, factor * load(area + at));
   }
+  if (!area) return 0.f;
   // Pairwise, in an order that no vector width changes.
-  for (int half = 8; half > 0; half /= 2)
-    for (int i = 0; i < half; ++i) weight[i] += weight[i + half];
-  return weight[0];
+  using Quad = float __attribute__((vector_size(16)));
+  const auto quad = [&](int i) { return *reinterpret_cast<const Quad*>(weight + i); };
+  const Quad four = (quad(0) + quad(8)) + (quad(4) + quad(12));
+  return (four[0] + four[2]) + (four[1] + four[3]);
 }
 
 bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& active) {

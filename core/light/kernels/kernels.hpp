@@ -62,7 +62,9 @@ using Factor16 = std::uint32_t (*)(const Receivers16& receivers, std::uint32_t l
                                    const Aim16& aim, int turn, float offset, Factors16& out);
 
 /// Adds factor · value to three channels of 16 lanes, where no ray was blocked (tfar of a blocked lane is negative).
-/// On return `factors.factor` is 0 in blocked lanes. @returns Σ area · factor over the lanes (m²), in a fixed order
+/// On return `factors.factor` is 0 in blocked lanes.
+/// @param area  m² per lane, or nullptr where the sum is not asked for
+/// @returns     Σ area · factor over the lanes (m²), in a fixed order
 using Accumulate16 = float (*)(Factors16& factors, const float* area, const float (&value)[3], float (*sums)[16]);
 
 /// Tests one occluder before any ray: lanes whose segment it blocks leave `active` and get a negative tfar.
