@@ -56,7 +56,8 @@ struct alignas(64) Factors16 {
 /// @param turn    0..15
 /// @param offset  m; lift of both segment ends off their surfaces (RayScene::offset)
 /// @returns       bit i: lane i sees the shooter's front (factor > 0)
-/// @error         relative error ≤ 1e-6 up to distance/size 3, ≤ 3e-5 up to 100 (single precision, difference form)
+/// @error         relative to the face-to-face factor: ≤ 3e-6 up to distance/size 2, 1e-5 up to 7, 5e-5 up to 50; lanes that
+///                the horizon cuts: 2.5e-4 at 50 (single precision, difference form)
 /// @cost          about 2 ns per receiver with AVX-512
 using Factor16 = std::uint32_t (*)(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter,
                                    const Aim16& aim, int turn, float offset, Factors16& out);
