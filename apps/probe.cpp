@@ -14,7 +14,7 @@ namespace lichthof::apps {
 
 namespace {
 
-constexpr std::uint32_t default_gather = 256, default_samples = 1024;
+constexpr std::uint32_t default_gather = 192, default_samples = 1024;
 
 struct ProbeCommand {
   RunOptions run;
@@ -99,7 +99,7 @@ void add_probe(CLI::App& program, Command& chosen) {
   add_method_option(command, options->run.method, {"two-pass", "radiosity", "hemicube", "reference"});
   command
       .add_option("--gather", options->gather_rays,
-                  "rays of the final gather at each point; 0 interpolates the solution (default 256)")
+                  "rays of the final gather at each point; 0 interpolates the solution (default 192)")
       ->check(number_within(0, 65536))
       ->option_text("N");
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")

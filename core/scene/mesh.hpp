@@ -76,7 +76,7 @@ struct Element {
 struct MeshOptions {
   double patch_size = 0;    ///< m; 0: chosen from the scene's area so that about `target_elements` arise
   double element_size = 0;  ///< m; 0: a quarter of the patch size
-  std::uint32_t target_elements = 10000;
+  std::uint32_t target_elements = 12000;
 };
 
 /// Which sides of a surface light can reach at all; index = surface. What no light reaches gets no patches on its back,
