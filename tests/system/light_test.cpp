@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <string>
 
@@ -58,6 +59,17 @@ TEST_SUITE("system") {
     const double deviation = furnace_deviation("2x2", "600");
     MESSAGE("largest deviation " << deviation);
     CHECK(deviation < 1e-4);
+  }
+
+  TEST_CASE("§5: the courtyard has 12 light sources and about 145 588 patches") {
+    const Folder folder;
+    const std::string writer = std::string(LICHTHOF_SOURCE_DIR) + "/scenes/courtyard.py";
+    REQUIRE(std::system(("PYTHONDONTWRITEBYTECODE=1 python3 " + writer + " " + (folder / "court") + " > /dev/null").c_str()) == 0);
+    // The mesh is what counts here: at eps 1 hardly anything is shot.
+    const Outcome outcome = ran({"solve", folder / "court/courtyard.toml", "-o", folder / "court.lht", "--eps", "1", "--json"});
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.json()["patches"].get<double>() == doctest::Approx(145588).epsilon(0.01));
+    CHECK(outcome.json()["import"]["emitters"] == 12);
   }
 
   TEST_CASE("light: one cell and four give the same irradiance") {
