@@ -122,20 +122,6 @@ void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells,
   if (failure) throw std::runtime_error("the first pass failed: " + text(failure));
 }
 
-void add(SolveCounters& sum, const SolveCounters& one) {
-  sum.shots += one.shots;
-  sum.rays += one.rays;
-  sum.form_factors += one.form_factors;
-  sum.messages += one.messages;
-  sum.bytes_sent += one.bytes_sent;
-  sum.bitmap_bytes += one.bitmap_bytes;
-  sum.bitmap_bytes_raw += one.bitmap_bytes_raw;
-  sum.cells_skipped += one.cells_skipped;
-  sum.clusters_tested += one.clusters_tested;
-  sum.clusters_hidden += one.clusters_hidden;
-  sum.clusters_cut += one.clusters_cut;
-}
-
 Solution blank_solution(const SolveRun& run) {
   Solution solution;
   solution.scene = run.scene;
@@ -167,7 +153,7 @@ Solution solve(const SolveRun& run) {
   const ExpectedLight pending = expected_light(scene_outlook);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     lights[k]->store(solution, pending);
-    add(solution.counters, cells[k]->counters());
+    solution.counters += cells[k]->counters();
     const CellPower power = lights[k]->power();
     solution.energy.emitted += sum_channels(power.emitted);
     solution.energy.absorbed += sum_channels(power.absorbed);

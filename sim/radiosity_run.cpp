@@ -50,20 +50,7 @@ void RadiosityRun::refresh_progress() {
 
 SolveCounters RadiosityRun::counters() const {
   SolveCounters sum;
-  for (const auto& cell : cells_) {
-    const SolveCounters& one = cell->counters();
-    sum.shots += one.shots;
-    sum.rays += one.rays;
-    sum.form_factors += one.form_factors;
-    sum.messages += one.messages;
-    sum.bytes_sent += one.bytes_sent;
-    sum.bitmap_bytes += one.bitmap_bytes;
-    sum.bitmap_bytes_raw += one.bitmap_bytes_raw;
-    sum.cells_skipped += one.cells_skipped;
-    sum.clusters_tested += one.clusters_tested;
-    sum.clusters_hidden += one.clusters_hidden;
-    sum.clusters_cut += one.clusters_cut;
-  }
+  for (const auto& cell : cells_) sum += cell->counters();
   return sum;
 }
 

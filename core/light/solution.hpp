@@ -44,6 +44,21 @@ struct SolveCounters {
   std::uint64_t bitmap_bytes_raw = 0;///< what they would be uncompressed
   std::uint64_t cells_skipped = 0;   ///< visits saved: behind the shooter or wholly covered
   std::uint64_t clusters_tested = 0, clusters_hidden = 0, clusters_cut = 0;  ///< receiver clusters; skipped by shaft; below the cut
+
+  SolveCounters& operator+=(const SolveCounters& other) {
+    shots += other.shots;
+    rays += other.rays;
+    form_factors += other.form_factors;
+    messages += other.messages;
+    bytes_sent += other.bytes_sent;
+    bitmap_bytes += other.bitmap_bytes;
+    bitmap_bytes_raw += other.bitmap_bytes_raw;
+    cells_skipped += other.cells_skipped;
+    clusters_tested += other.clusters_tested;
+    clusters_hidden += other.clusters_hidden;
+    clusters_cut += other.clusters_cut;
+    return *this;
+  }
 };
 
 /// The state of the first pass: arrays have one entry per element of the mesh (W/m²).
