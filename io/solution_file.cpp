@@ -16,7 +16,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 1, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 2, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.
@@ -45,7 +45,7 @@ void put_head(ByteWriter& to, const Head& h) {
   to.put(static_cast<std::uint8_t>(h.options.method));
   const SolveCounters& c = h.counters;
   for (const std::uint64_t value :
-       {c.shots, c.rays, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped,
+       {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped,
         c.clusters_tested, c.clusters_hidden, c.clusters_cut})
     to.put(value);
   for (const double value :
@@ -62,7 +62,7 @@ bool get_head(ByteReader& from, Head& h) {
   from.get(method);
   SolveCounters& c = h.counters;
   for (std::uint64_t* value :
-       {&c.shots, &c.rays, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes, &c.bitmap_bytes_raw,
+       {&c.shots, &c.rays, &c.rays_saved, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes, &c.bitmap_bytes_raw,
         &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
   for (double* value :

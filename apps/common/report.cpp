@@ -46,7 +46,8 @@ nlohmann::json energy_json(const RunRecord& record) {
 }
 
 nlohmann::json counters_json(const SolveCounters& counters) {
-  return {{"form_factors", counters.form_factors},       {"messages", counters.messages},
+  return {{"form_factors", counters.form_factors},       {"rays_saved", counters.rays_saved},
+          {"messages", counters.messages},
           {"bitmap_bytes", counters.bitmap_bytes},       {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
           {"cells_skipped", counters.cells_skipped},     {"clusters_tested", counters.clusters_tested},
           {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut}};

@@ -87,15 +87,6 @@ Vec3 hemicube_centre(const Shot& shot) {
   return shot.plane.point(nearest == nearest_lit || !nearest_lit ? middle : nearest_lit->centre);
 }
 
-/// Occluders for the tests before rays: any convex part of a surface will do, so of a many-cornered one some corners suffice.
-FlatOccluder occluder_of(const Surface& surface, const Vec3& origin) {
-  const std::size_t count = surface.corners.size();
-  if (count <= FlatShooter::max_corners) return flat_occluder(flat_shooter(surface.corners, surface.normal, origin));
-  Polygon some;
-  for (std::size_t k = 0; k < FlatShooter::max_corners; ++k) some.push_back(surface.corners[k * count / FlatShooter::max_corners]);
-  return flat_occluder(flat_shooter(some, surface.normal, origin));
-}
-
 }  // namespace
 
 struct CellLight::Impl {
@@ -109,9 +100,9 @@ struct CellLight::Impl {
         origin(local_origin()),
         tree(receiver_tree(*mesh, lit_groups(groups), origin)),
         rays(*scene, surfaces, origin, Glass::clear),
+        occluders(*scene, surfaces, origin, rays.offset()),
         light(*mesh, tree),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}) {
-    for (const Surface& surface : surfaces) occluders.push_back(occluder_of(surface, origin));
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
       for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
@@ -140,7 +131,7 @@ struct CellLight::Impl {
   Vec3 origin;
   ReceiverTree tree;
   RayScene rays;
-  std::vector<FlatOccluder> occluders;
+  Occluders occluders;
   Radiosity light;
   ElementOutlines outlines;
   double largest_initial_power = 0;
@@ -249,8 +240,8 @@ void CellLight::store(Solution& solution, const ExpectedLight& pending) const {
       if (!((cluster.lanes >> lane) & 1)) continue;
       const std::uint32_t e = cluster.element[lane];
       for (int c = 0; c < 3; ++c) {
-        solution.irradiance[e][c] = light.received[c][lane];
-        solution.direct_irradiance[e][c] = light.direct[c][lane];
+        solution.irradiance[e][c] = light.received.value[c][lane];
+        solution.direct_irradiance[e][c] = light.direct.value[c][lane];
         solution.shot[e][c] = light.shot[c][lane];
       }
       const PatchLight& patch = impl_->light.patches[cluster.first_patch + cluster.patch[lane]];
@@ -270,8 +261,8 @@ void CellLight::load(const Solution& solution) {
       PatchLight& patch = i.light.patches[cluster.first_patch + cluster.patch[lane]];
       const double area = cluster.area[lane];
       for (int c = 0; c < 3; ++c) {
-        light.received[c][lane] = solution.irradiance[e][c];
-        light.direct[c][lane] = solution.direct_irradiance[e][c];
+        light.received.value[c][lane] = solution.irradiance[e][c];
+        light.direct.value[c][lane] = solution.direct_irradiance[e][c];
         light.shot[c][lane] = solution.shot[e][c];
       }
       patch.received_w += area * Rgb{solution.irradiance[e]};

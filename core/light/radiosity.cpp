@@ -7,6 +7,11 @@
 
 namespace lichthof {
 
+namespace {
+/// Of B = E + ρH against S: half an ulp of each of the three, and as much for H itself, which is a sum.
+constexpr double single_precision = 4 * 0x1p-24;
+}  // namespace
+
 Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
     : clusters(tree.clusters.size()), patches(tree.patches.size()), mesh_(mesh), tree_(tree) {
   for (std::size_t p = 0; p < patches.size(); ++p) {
@@ -33,14 +38,17 @@ Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
 
 void Radiosity::update_group(std::uint32_t local_group) {
   const GroupPlace& place = tree_.groups[local_group];
-  Rgb unshot{0.0}, answer{0.0}, reflected{0.0}, received{0.0};
+  Rgb unshot{0.0}, whole{0.0}, answer{0.0}, reflected{0.0}, received{0.0};
   for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
     unshot += patches[p].unshot_w();
+    whole += patches[p].exitance * patches[p].area + patches[p].reflectance * patches[p].received_w;
     answer += patches[p].reflectance * patches[p].area;
     reflected += patches[p].reflectance * patches[p].received_w;
     received += patches[p].received_w;
   }
   for (int c = 0; c < 3; ++c) {
+    // What the elements' single precision can't tell from nothing is nothing: shooting it again and again would not end.
+    if (std::abs(unshot[c]) < single_precision * whole[c]) unshot[c] = 0;
     unshot_w_[c][local_group] = static_cast<float>(unshot[c]);
     answer_w_[c][local_group] = static_cast<float>(answer[c]);
     reflected_w_[c][local_group] = static_cast<float>(reflected[c]);
@@ -148,15 +156,18 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
 
     const Rgb emitted = light.exitance - light.emission_shot;
     const Rgb ahead = light.reflectance * expected_.irradiance(light.received_w / light.area);
-    Rgb sum_w{0.0};
+    Rgb sum_w{0.0}, received_w{0.0};
     for (std::uint32_t k = 0; k < patch.element_count; ++k) {
       const std::uint32_t lane = where.first_lane + k;
       const Element& element = mesh_.elements[patch.first_element + k];
       Rgbf delta;
       for (int c = 0; c < 3; ++c) {
-        const double radiosity = light.exitance[c] + light.reflectance[c] * lanes.received[c][lane] + ahead[c];
-        delta[c] = static_cast<float>(radiosity - lanes.shot[c][lane]);
-        lanes.shot[c][lane] += delta[c];
+        const double radiosity = light.exitance[c] + light.reflectance[c] * lanes.irradiance(c, lane) + ahead[c];
+        // What is sent is what is recorded, to the last bit: else their rounding errors add up to light that nobody shoots.
+        const float before = lanes.shot[c][lane], after = static_cast<float>(radiosity);
+        delta[c] = after - before;
+        lanes.shot[c][lane] = before + delta[c];
+        received_w[c] += lanes.irradiance(c, lane) * element.area;
       }
       const std::size_t grid_place = std::size_t{element.row} * patch.columns + element.column;
       out.delta[grid_place] = delta;
@@ -164,6 +175,7 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
       sum_w += Rgb{delta} * static_cast<double>(element.area);
     }
     light.shot_w += sum_w;
+    light.received_w = received_w;  // as the elements hold it
     light.emission_shot = light.exitance;
     out.emitted = Rgbf{emitted};
     out.reflected = Rgbf{sum_w / light.area - emitted};

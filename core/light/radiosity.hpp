@@ -14,9 +14,12 @@ namespace lichthof {
 
 /// Channels apart, lanes together: what one vector of receivers holds (W/m²).
 struct alignas(64) ClusterLight {
-  float received[3][16] = {};  ///< H
-  float direct[3][16] = {};    ///< the part of H straight from luminaires
-  float shot[3][16] = {};      ///< S
+  Sums16 received;             ///< H
+  Sums16 direct;               ///< the part of H straight from luminaires
+  float shot[3][16] = {};      ///< S; what a shot sends is rounded to fit
+  double irradiance(int channel, std::uint32_t lane) const {
+    return static_cast<double>(received.value[channel][lane]) + static_cast<double>(received.rest[channel][lane]);
+  }
 };
 
 struct PatchLight {

@@ -128,7 +128,7 @@ std::uint32_t RayScene::occluded16(Segments16& segments, std::uint32_t active) c
 void RayScene::occluded16(Segments16& segments, const LaneMask16& active) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   rtcOccluded16(active.lane, impl_->scene, &context, reinterpret_cast<RTCRay16*>(&segments));
 }
 

@@ -36,7 +36,8 @@ struct EnergyLedger {
 
 struct SolveCounters {
   std::uint64_t shots = 0;
-  std::uint64_t rays = 0;            ///< shadow rays
+  std::uint64_t rays = 0;            ///< shadow rays answered
+  std::uint64_t rays_saved = 0;      ///< those answered without the ray tracer
   std::uint64_t form_factors = 0;    ///< receiver-shooter pairs
   std::uint64_t messages = 0;        ///< hemicube messages between cells
   std::uint64_t bytes_sent = 0;      ///< of those, as on the wire
@@ -48,6 +49,7 @@ struct SolveCounters {
   SolveCounters& operator+=(const SolveCounters& other) {
     shots += other.shots;
     rays += other.rays;
+    rays_saved += other.rays_saved;
     form_factors += other.form_factors;
     messages += other.messages;
     bytes_sent += other.bytes_sent;

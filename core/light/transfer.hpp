@@ -4,44 +4,25 @@
 /// with signed unshot radiosity, when it is about as near as it is large (numerics: near field, hierarchical shooters).
 #pragma once
 
-#include <vector>
-
 #include "core/light/cell_light.hpp"
 #include "core/light/item_visibility.hpp"
+#include "core/light/occluders.hpp"
 #include "core/light/radiosity.hpp"
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
+#include "core/light/shadows.hpp"
 
 namespace lichthof {
-
-/// A polygon that shoots one value, in the cell's local frame.
-struct FlatSource {
-  FlatShooter flat;
-  Aim16 aim;
-  float reflected[3] = {};  ///< unshot radiosity without emission (W/m²), signed
-  float emitted[3] = {};    ///< own emission (W/m²): arrives as direct light
-  float radius = 0;         ///< m
-};
-
-/// A shot brought into a cell's local frame, at its three levels of detail.
-struct LocalShot {
-  FlatSource group;
-  std::vector<FlatSource> patches;
-  std::vector<FlatSource> elements;
-  std::vector<std::uint32_t> first_element;  ///< per patch, one more than patches
-  bool reflects = false, emits = false;      ///< any of it is not zero
-};
-
-LocalShot local_shot(const Shot& shot, const Vec3& origin);
 
 struct TransferScene {
   const Mesh& mesh;
   const ReceiverTree& tree;
   const RayScene& rays;
-  const std::vector<FlatOccluder>& occluders;  ///< the surfaces of the cell, index as RayScene's hits
-  const ElementOutlines& outlines;               ///< only for the method `hemicube`
+  const Occluders& occluders;        ///< the surfaces of the cell, index as RayScene's hits
+  const ElementOutlines& outlines;   ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
+  PacketObserver* observer = nullptr;  ///< with one thread only
 };
 
 /// Adds the shot to `light`. @param incoming bitmap of nearer cells, nullptr in the shooter's own cell

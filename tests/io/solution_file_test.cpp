@@ -55,6 +55,7 @@ Solution small_solution() {
   }
   solution.energy = {10, 4, 3, 2};
   solution.counters.shots = 42;
+  solution.counters.rays = 45, solution.counters.rays_saved = 44;
   solution.counters.clusters_cut = 43;
   solution.seconds_radiosity = 1.5;
   solution.converged = true;
@@ -78,6 +79,8 @@ TEST_SUITE("io") {
     CHECK(again->pending == std::vector<Rgbf>(solution.irradiance.size(), Rgbf{0.f}));
     CHECK(again->energy.escaped == 3);
     CHECK(again->counters.shots == 42);
+    CHECK(again->counters.rays == 45);
+    CHECK(again->counters.rays_saved == 44);
     CHECK(again->counters.clusters_cut == 43);
     CHECK(again->seconds_radiosity == 1.5);
     CHECK(again->converged);
@@ -138,9 +141,9 @@ TEST_SUITE("io") {
     check_error(read_solution(folder / "gone.lht"), folder / "gone.lht", "No such file");
     check_error(read_solution(folder.write("t.lht", "a text")), folder / "t.lht", "is no solution file");
     check_error(read_solution(folder / ""), folder / "", "is a folder");
-    REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 2, "solution file"}, {}));
-    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 2; this program reads format 1");
-    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {{"head", "x"}}));
+    REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {}));
+    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 2");
+    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 2, "solution file"}, {{"head", "x"}}));
     check_error(read_solution(folder / "e.lht"), folder / "e.lht", "damaged");
     CHECK_FALSE(is_solution_file(folder / "t.lht"));
   }

@@ -98,4 +98,18 @@ inline Polygon random_polygon(Random& random, const Vec3& centre, double size, d
   return polygon;
 }
 
+/// Whether the segment a-b passes the polygon, in double precision: > 0 inside by so much, < 0 outside (m).
+inline double inside_by(const Vec3& a, const Vec3& b, const Polygon& polygon) {
+  const Vec3 n = glm::normalize(newell_vector(polygon));
+  const double ha = glm::dot(n, a - polygon[0]), hb = glm::dot(n, b - polygon[0]);
+  if ((ha > 0) == (hb > 0)) return -std::min(std::abs(ha), std::abs(hb));
+  const Vec3 p = a + ha / (ha - hb) * (b - a);
+  double nearest = 1e9;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 edge = polygon[(k + 1) % polygon.size()] - polygon[k];
+    nearest = std::min(nearest, glm::dot(glm::cross(n, glm::normalize(edge)), p - polygon[k]));
+  }
+  return nearest;
+}
+
 }  // namespace lichthof::reference

@@ -11,9 +11,11 @@ namespace lichthof {
   namespace width {                                                                                      \
   std::uint32_t factor16(const Receivers16&, std::uint32_t, const FlatShooter&, const Aim16&, int,       \
                          float, Factors16&);                                                             \
-  float accumulate16(Factors16&, const float*, const float (&)[3], float (*)[16]);                       \
+  float accumulate16(Factors16&, const float*, const float (&)[3], Sums16&);                             \
   bool block16(const FlatOccluder&, Segments16&, LaneMask16&);                                           \
   bool hidden8(const float (&)[3][8], const FlatShooter&, const FlatShooter&, float);                    \
+  std::size_t in_shaft(const Shaft&, const Occluders16*, const ShooterSides*, const Candidates*,         \
+                       std::size_t, Candidates*);                                                        \
   }
 LICHTHOF_DECLARE(width_v2)
 LICHTHOF_DECLARE(width_avx2)
@@ -21,7 +23,8 @@ LICHTHOF_DECLARE(width_avx512)
 #undef LICHTHOF_DECLARE
 
 std::span<const Kernels> available_kernels() {
-#define LICHTHOF_KERNELS(name, width) {name, width::factor16, width::accumulate16, width::block16, width::hidden8}
+#define LICHTHOF_KERNELS(name, width) \
+  {name, width::factor16, width::accumulate16, width::block16, width::hidden8, width::in_shaft}
   static const std::array<Kernels, 3> all{{LICHTHOF_KERNELS("x86-64-v2", width_v2), LICHTHOF_KERNELS("avx2", width_avx2),
                                            LICHTHOF_KERNELS("avx512", width_avx512)}};
 #undef LICHTHOF_KERNELS
@@ -62,7 +65,7 @@ FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, cons
   return flat;
 }
 
-FlatOccluder flat_occluder(const FlatShooter& polygon) {
+FlatOccluder flat_occluder(const FlatShooter& polygon, double margin) {
   FlatOccluder occluder;
   occluder.polygon = polygon;
   const Vec3 n{polygon.nx, polygon.ny, polygon.nz};
@@ -72,7 +75,7 @@ FlatOccluder flat_occluder(const FlatShooter& polygon) {
     const Vec3 a = corner(k), b = corner((k + 1) % polygon.count);
     const Vec3 m = glm::cross(n, b - a);
     occluder.mx[k] = static_cast<float>(m.x), occluder.my[k] = static_cast<float>(m.y), occluder.mz[k] = static_cast<float>(m.z);
-    occluder.edge[k] = static_cast<float>(glm::dot(m, a));
+    occluder.edge[k] = static_cast<float>(glm::dot(m, a) - margin * glm::length(m));
   }
   return occluder;
 }

@@ -34,17 +34,23 @@ inline V3 cross(const V3& a, const V3& b) { return {a.y * b.z - a.z * b.y, a.z *
 inline V select(M m, V a, V b) { return m ? a : b; }
 inline V3 select(M m, const V3& a, const V3& b) { return {m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z}; }
 
+inline V absolute(V v) { return select(v < 0.f, -v, v); }
+
 inline V square_root(V v) {
   V r;
   for (int i = 0; i < lanes_at_once; ++i) r[i] = std::sqrt(v[i]);
   return r;
 }
 
-inline M lane_mask(std::uint32_t bits) {
-  M m;
-  for (int i = 0; i < lanes_at_once; ++i) m[i] = (bits >> i) & 1 ? -1 : 0;
-  return m;
-}
+#if LICHTHOF_LANES == 4
+constexpr M bit_of_lane{1, 2, 4, 8};
+#elif LICHTHOF_LANES == 8
+constexpr M bit_of_lane{1, 2, 4, 8, 16, 32, 64, 128};
+#else
+constexpr M bit_of_lane{1,   2,   4,    8,    16,   32,   64,    128,
+                        256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+#endif
+inline M lane_mask(std::uint32_t bits) { return (bit_of_lane & static_cast<std::int32_t>(bits)) != 0; }
 inline std::uint32_t bits_of(M m) {
 #if defined(__AVX512F__)
   return static_cast<std::uint32_t>(_mm512_movepi32_mask(reinterpret_cast<__m512i>(m)));
@@ -217,12 +223,17 @@ std::uint32_t factor16(const Receivers16& receivers, std::uint32_t lanes, const 
   return seen;
 }
 
-float accumulate16(Factors16& factors, const float* area, const float (&value)[3], float (*sums)[16]) {
+float accumulate16(Factors16& factors, const float* area, const float (&value)[3], Sums16& sums) {
   alignas(64) float weight[16];
   for (int at = 0; at < 16; at += lanes_at_once) {
     const V factor = select(load(factors.segments.tfar + at) >= 0.f, load(factors.factor + at), all(0.f));
     store(factors.factor + at, factor);
-    for (int c = 0; c < 3; ++c) store(sums[c] + at, load(sums[c] + at) + factor * value[c]);
+    for (int c = 0; c < 3; ++c) {
+      const V before = load(sums.value[c] + at), added = factor * value[c] + load(sums.rest[c] + at);
+      const V after = before + added;
+      store(sums.value[c] + at, after);
+      store(sums.rest[c] + at, added - (after - before));
+    }
     if (area) store(weight + at, factor * load(area + at));
   }
   if (!area) return 0.f;
@@ -290,6 +301,36 @@ bool hidden8(const float (&box)[3][8], const FlatShooter& shooter, const FlatSho
       if (!all_positive((bx - shooter.x[s]) * px + (by - shooter.y[s]) * py + (bz - shooter.z[s]) * pz)) return false;
     }
   return true;
+}
+
+std::size_t in_shaft(const Shaft& shaft, const Occluders16* blocks, const ShooterSides* sides, const Candidates* from,
+                     std::size_t count, Candidates* to) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Candidates candidates = from[k];
+    const Occluders16& o = blocks[candidates.block];
+    std::uint32_t inside = 0, above = 0, below = 0;
+    for (int at = 0; at < 16; at += lanes_at_once) {
+      M in = (load(o.bounds[0] + at) <= shaft.hi[0]) & (load(o.bounds[3] + at) >= shaft.lo[0]);
+      for (int axis = 1; axis < 3; ++axis)
+        in = in & (load(o.bounds[axis] + at) <= shaft.hi[axis]) & (load(o.bounds[3 + axis] + at) >= shaft.lo[axis]);
+      if (!any(in & lane_mask(candidates.lanes >> at))) continue;
+      for (int s = 0; s < shaft.planes; ++s) {
+        const Shaft::Side& side = shaft.side[s];
+        in = in & (load(o.bounds[side.p] + at) * side.a + load(o.bounds[side.q] + at) * side.b <= side.d);
+      }
+      const V nx = load(o.nx + at), ny = load(o.ny + at), nz = load(o.nz + at);
+      const V middle = nx * shaft.centre[0] + ny * shaft.centre[1] + nz * shaft.centre[2] - load(o.plane + at);
+      const V reach = absolute(nx) * shaft.half[0] + absolute(ny) * shaft.half[1] + absolute(nz) * shaft.half[2];
+      inside |= bits_of(in) << at;
+      above |= bits_of(middle - reach >= -shaft.slack) << at;
+      below |= bits_of(middle + reach <= shaft.slack) << at;
+    }
+    const ShooterSides& shooter = sides[candidates.block];
+    const std::uint32_t left = candidates.lanes & inside & ~(above & shooter.above) & ~(below & shooter.below);
+    if (left != 0) to[kept++] = {candidates.block, left};
+  }
+  return kept;
 }
 
 }  // namespace lichthof::LICHTHOF_WIDTH

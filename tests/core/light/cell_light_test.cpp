@@ -57,6 +57,20 @@ TEST_SUITE("cell_light") {
     }
   }
 
+  TEST_CASE("cell_light: shooting ends however small eps is, and what is left is rounding") {
+    for (const double reflectance : {0.5, 0.95}) {
+      const test::Furnace furnace(1.0, reflectance);
+      test::OneCell cell(furnace.scene, test::mesh_with(*furnace.scene, 0.5));
+      cell.solve(1e-30);
+      const CellPower power = cell.light.power();
+      INFO("reflectance " << reflectance << ", shots " << cell.shots);
+      CHECK(cell.shots < 20000);
+      // A group shoots by the sum over its patches; what is left of it may have either sign.
+      CHECK(std::abs(power.unshot.x) <= 1e-6 * power.received.x);
+      CHECK(cell.light.strongest().power_w == 0);
+    }
+  }
+
   TEST_CASE("cell_light: unoccluded direct light is the closed form") {
     const test::PanelRoom room;
     const test::OneCell cell = solved(room.scene, 0.5, 1e-3);

@@ -107,20 +107,6 @@ Receivers16 receivers_around(Random& random, const Polygon& shooter, double dist
   return r;
 }
 
-/// Whether the segment a-b passes the polygon, in double precision: > 0 inside by so much, < 0 outside (m).
-double inside_by(const Vec3& a, const Vec3& b, const Polygon& polygon) {
-  const Vec3 n = glm::normalize(newell_vector(polygon));
-  const double ha = glm::dot(n, a - polygon[0]), hb = glm::dot(n, b - polygon[0]);
-  if ((ha > 0) == (hb > 0)) return -std::min(std::abs(ha), std::abs(hb));
-  const Vec3 p = a + ha / (ha - hb) * (b - a);
-  double nearest = 1e9;
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Vec3 edge = polygon[(k + 1) % polygon.size()] - polygon[k];
-    nearest = std::min(nearest, glm::dot(glm::cross(n, glm::normalize(edge)), p - polygon[k]));
-  }
-  return nearest;
-}
-
 }  // namespace
 
 TEST_SUITE("kernels") {
@@ -250,7 +236,7 @@ TEST_SUITE("kernels") {
         const Vec3 from{s.ox[lane], s.oy[lane], s.oz[lane]}, way{s.dx[lane], s.dy[lane], s.dz[lane]};
         REQUIRE(glm::length(from - point_of(r, lane) - double(offset) * normal_of(r, lane)) < 1e-6);
         REQUIRE(glm::dot(from + way - point_of(r, lane), normal_of(r, lane)) > -1e-5);
-        REQUIRE(inside_by(from, point_of(r, lane) + 1.01 * (from + way - point_of(r, lane)), corners_of(shooter)) > -1e-4);
+        REQUIRE(reference::inside_by(from, point_of(r, lane) + 1.01 * (from + way - point_of(r, lane)), corners_of(shooter)) > -1e-4);
         REQUIRE(s.tfar[lane] == 1.f);
       }
     }
@@ -260,35 +246,52 @@ TEST_SUITE("kernels") {
     Random random(8);
     for (int trial = 0; trial < 200; ++trial) {
       Factors16 factors{};
-      alignas(64) float area[16], sums[3][16];
+      alignas(64) float area[16];
+      Sums16 sums;
       const float value[3] = {1.5f, -2.f, static_cast<float>(random.unit())};
       for (int lane = 0; lane < 16; ++lane) {
         factors.factor[lane] = static_cast<float>(random.unit());
         factors.segments.tfar[lane] = random.below(3) ? 1.f : -1.f;
         area[lane] = static_cast<float>(random.unit());
-        for (auto& sum : sums) sum[lane] = static_cast<float>(random.unit());
+        for (auto& channel : sums.value) channel[lane] = static_cast<float>(random.unit());
       }
       float first_total = 0;
       Factors16 first_factors{};
-      float first_sums[3][16];
+      Sums16 first_sums;
       for (std::size_t k = 0; k < available_kernels().size(); ++k) {
         Factors16 own = factors;
-        alignas(64) float own_sums[3][16];
-        std::memcpy(own_sums, sums, sizeof sums);
+        Sums16 own_sums = sums;
         const float total = available_kernels()[k].accumulate16(own, area, value, own_sums);
         double expected = 0;
         for (int lane = 0; lane < 16; ++lane) {
           const float f = factors.segments.tfar[lane] >= 0 ? factors.factor[lane] : 0.f;
           REQUIRE(own.factor[lane] == f);
           expected += double(f) * area[lane];
-          for (int c = 0; c < 3; ++c) REQUIRE(own_sums[c][lane] == sums[c][lane] + f * value[c]);
+          for (int c = 0; c < 3; ++c) REQUIRE(own_sums.value[c][lane] == sums.value[c][lane] + f * value[c]);
         }
         REQUIRE(total == doctest::Approx(expected).epsilon(1e-6));
-        if (k == 0) first_total = total, first_factors = own, std::memcpy(first_sums, own_sums, sizeof sums);
+        if (k == 0) first_total = total, first_factors = own, first_sums = own_sums;
         REQUIRE(std::memcmp(&total, &first_total, sizeof total) == 0);
         REQUIRE(same_bits(own.factor, first_factors.factor, 0xffff));
-        REQUIRE(std::memcmp(own_sums, first_sums, sizeof sums) == 0);
+        REQUIRE(std::memcmp(&own_sums, &first_sums, sizeof sums) == 0);
       }
+    }
+  }
+
+  TEST_CASE("kernels: a million arrivals are summed to the last bit [Kahan65]") {
+    for (const Kernels& k : available_kernels()) {
+      Factors16 factors{};
+      Sums16 sums;
+      Random random(12);
+      double expected = 0;
+      std::fill_n(factors.segments.tfar, 16, 1.f);
+      for (int arrival = 0; arrival < 1'000'000; ++arrival) {
+        const float value[3] = {1.f, 1.f, 1.f}, factor = 1e-3f * static_cast<float>(random.unit());
+        std::fill_n(factors.factor, 16, factor);
+        k.accumulate16(factors, nullptr, value, sums);
+        expected += factor;
+      }
+      CHECK(sums.value[1][7] == doctest::Approx(expected).epsilon(1e-7));
     }
   }
 
@@ -328,7 +331,7 @@ TEST_SUITE("kernels") {
           REQUIRE(active.lane[lane] == (held && !is_blocked ? -1 : 0));
           any_left |= active.lane[lane] != 0;
           blocked |= std::uint32_t{is_blocked} << lane;
-          const double by = inside_by(from[lane], to[lane], polygon);
+          const double by = reference::inside_by(from[lane], to[lane], polygon);
           if (!held || std::abs(by) < 1e-4) continue;  // rounding may decide
           REQUIRE(is_blocked == (by > 0));
           REQUIRE(bool(by_rays >> lane & 1) == (by > 0));
@@ -371,7 +374,7 @@ TEST_SUITE("kernels") {
           const double t = std::clamp(1.4 * random.unit() - 0.2, 0.0, 1.0);
           to[axis] = lo[axis] + t * (hi[axis] - lo[axis]);
         }
-        REQUIRE(inside_by(from / weight, to, occluder) > -1e-6);
+        REQUIRE(reference::inside_by(from / weight, to, occluder) > -1e-6);
       }
     }
     CHECK(hidden_count > 300);
