@@ -1,5 +1,7 @@
 #include "actors/system_config.hpp"
 
+#include <caf/io/all.hpp>
+
 #include "actors/wire.hpp"
 
 namespace lichthof::actors {
@@ -9,6 +11,7 @@ SystemConfig::SystemConfig(const SystemOptions& options) {
   set("scheduler.policy", caf::atom("sharing"));
   set("scheduler.max-threads", options.threads);
   set("scheduler.max-throughput", options.max_throughput);
+  if (options.network) load<caf::io::middleman>();
 }
 
 }  // namespace lichthof::actors
