@@ -145,7 +145,7 @@ class Link {
   void consumed(const FrameArrived& frame) const { consumed(frame.peer, frame.bytes->size()); }
   /// Control frames still go out, then the reason; the owner is told LinkDown.
   void close(PeerId peer, const std::string& reason) const;
-  /// The same with everybody; then the actor ends.
+  /// The same with everybody, but nothing more is told; then the actor ends.
   void stop() const;
 
   const Identity& own() const { return own_; }

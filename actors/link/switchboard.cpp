@@ -130,6 +130,7 @@ void Switchboard::closed(std::int64_t id) {
   if (reason.empty() && c->stage == Stage::up) reason = "connection lost";
   if (reason.empty() && c->stage == Stage::securing) reason = "closed by the peer during the TLS handshake; does it speak TLS?";
   if (reason.empty()) reason = "closed by the peer before the end of the greeting";
+  if (c->dialled && !session && c->stage == Stage::greeting) reason += "; does it expect TLS?";
   end(c, reason, Farewell::none);
 }
 

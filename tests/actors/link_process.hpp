@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 
 #include <chrono>
@@ -37,7 +38,7 @@ inline LinkOptions named(const std::string& name, Role role = Role::node) {
 
 class Process {
  public:
-  explicit Process(const LinkOptions& options) : link(started(options)) {}
+  explicit Process(const LinkOptions& options) : link(started(options)) { spdlog::set_level(spdlog::level::off); }
   ~Process() {
     link.stop();
     CHECK(has_ended());
@@ -130,15 +131,24 @@ class Process {
 /// A client of bare TCP.
 class BarePeer {
  public:
-  explicit BarePeer(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  BarePeer() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const timeval limit = {30, 0};
+    ::setsockopt(socket_.fd(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    ::setsockopt(socket_.fd(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  }
+  explicit BarePeer(std::uint16_t port) : BarePeer() { connect(port); }
+  void connect(std::uint16_t port) {
     sockaddr_in address = {};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     connected_ = ::connect(socket_.fd(), reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
-    const timeval limit = {30, 0};
-    ::setsockopt(socket_.fd(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    ::setsockopt(socket_.fd(), SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  }
+  /// Whether the other end closes within a moment.
+  bool is_closed() const {
+    pollfd wait = {socket_.fd(), POLLIN, 0};
+    char byte = 0;
+    return ::poll(&wait, 1, 500) == 1 && ::recv(socket_.fd(), &byte, 1, MSG_PEEK) <= 0;
   }
   bool connected() const { return connected_; }
   int fd() const { return socket_.fd(); }

@@ -1,4 +1,5 @@
 // Those who connect and do not behave.
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -64,6 +65,35 @@ TEST_SUITE("actors") {
     CHECK(a.link.monitor().strangers <= 64);
     b.link.send_control(b.peer(), bytes_of(5));
     CHECK(a.until([&] { return a.frames.size() == 1; }));
+  }
+
+  TEST_CASE("link: when descriptors run out, strangers are turned away and what is up stays") {
+    Process a(named("a")), b(named("b"));
+    const std::uint16_t port = a.listen();
+    b.connect(port);
+    REQUIRE(a.until([&] { return a.ups.size() == 1; }));
+    rlimit before = {}, low = {};
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+    low = before;
+    {
+      std::deque<BarePeer> many;
+      // The sockets of this end are open already when the limit comes down.
+      for (int i = 0; i < 60; ++i) many.emplace_back();
+      low.rlim_cur = static_cast<rlim_t>(many.back().fd()) + 10;
+      REQUIRE(::setrlimit(RLIMIT_NOFILE, &low) == 0);
+      for (BarePeer& peer : many) peer.connect(port);
+      std::size_t turned_away = 0;
+      for (BarePeer& peer : many)
+        if (turned_away < 40 && peer.is_closed()) ++turned_away;
+      CHECK(turned_away == 40);
+      b.link.send_control(b.peer(), bytes_of(3));
+      CHECK(a.until([&] { return a.frames.size() == 1; }));
+      REQUIRE(::setrlimit(RLIMIT_NOFILE, &before) == 0);
+    }
+    CHECK(a.until([&] { return a.link.monitor().strangers == 0; }));
+    Process c(named("c"));
+    c.connect(port);
+    CHECK(a.downs.empty());
   }
 
   TEST_CASE("link: thousands of malformed greetings and frames do no harm") {

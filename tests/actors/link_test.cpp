@@ -2,6 +2,8 @@
 
 #include <dirent.h>
 
+#include <thread>
+
 #include "tests/actors/link_process.hpp"
 #include "tests/support/scratch_folder.hpp"
 
@@ -99,7 +101,7 @@ TEST_SUITE("actors") {
   }
 
   TEST_CASE("link: two that dial each other at once have one connection, and no frame is lost") {
-    for (int round = 0; round < 25; ++round) {
+    for (int round = 0; round < 15; ++round) {
       Process a(named("a")), b(named("b"));
       const std::uint16_t port_a = a.listen(), port_b = b.listen();
       a.link.dial("127.0.0.1", port_b);
