@@ -1,8 +1,9 @@
 /// `lichthof keys`: the certificates by which the processes of a cluster know each other.
+#include "actors/link/keys.hpp"
+
 #include <memory>
 #include <string>
 
-#include "actors/link/keys.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/interruption.hpp"
 #include "apps/common/log.hpp"
@@ -21,9 +22,14 @@ struct KeysOptions {
 };
 
 nlohmann::json json(const CertificateFacts& facts) {
-  return {{"file", facts.file},           {"name", facts.name},         {"role", facts.role},
-          {"issuer", facts.issuer},       {"valid_from", facts.valid_from}, {"valid_to", facts.valid_to},
-          {"sha256", facts.fingerprint},  {"problem", facts.problem}};
+  return {{"file", facts.file},
+          {"name", facts.name},
+          {"role", facts.role},
+          {"issuer", facts.issuer},
+          {"valid_from", facts.valid_from},
+          {"valid_to", facts.valid_to},
+          {"sha256", facts.fingerprint},
+          {"problem", facts.problem}};
 }
 
 Status report(const OutputOptions& talk, const std::string& action, const std::string& path,
@@ -57,7 +63,8 @@ Status issue(const KeysOptions& options) {
   const Interruption::Deferral deferral;
   actors::Validity validity = actors::issued_validity;
   validity.to_s = options.days * actors::day_s;
-  if (Status made = actors::issue_certificate(options.path, {options.name, *actors::role_named(options.role)}, validity);
+  if (Status made =
+          actors::issue_certificate(options.path, {options.name, *actors::role_named(options.role)}, validity);
       !made)
     return made;
   return report(options.talk, "issue", options.path + "/" + options.name + ".crt", {});
@@ -71,7 +78,8 @@ Status show(const KeysOptions& options) {
 CLI::App& add_action(CLI::App& command, const std::shared_ptr<KeysOptions>& options, Command& chosen,
                      const std::string& name, const std::string& text, Status (*action)(const KeysOptions&)) {
   CLI::App& added = *command.add_subcommand(name, text);
-  added.callback([options, &chosen, action] { chosen = [options, action](Interruption&) { return action(*options); }; });
+  added.callback(
+      [options, &chosen, action] { chosen = [options, action](Interruption&) { return action(*options); }; });
   add_output_options(added, options->talk);
   return added;
 }
@@ -82,7 +90,8 @@ void add_keys(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<KeysOptions>();
   CLI::App& command = *program.add_subcommand("keys", "make and show the certificates of a cluster");
   command.require_subcommand(1);
-  CLI::App& init_command = add_action(command, options, chosen, "init", "make the lab's authority in a new folder", init);
+  CLI::App& init_command =
+      add_action(command, options, chosen, "init", "make the lab's authority in a new folder", init);
   init_command.add_option("DIR", options->path, "folder for ca.crt and ca.key")->required()->option_text(" ");
   CLI::App& issue_command = add_action(command, options, chosen, "issue", "issue a certificate and its key", issue);
   issue_command.add_option("DIR", options->path, "folder of the authority")->required()->option_text(" ");

@@ -63,14 +63,19 @@ std::string printable(std::string text) {
 /// Payloads of a kind end here.
 std::size_t longest(FrameKind kind, std::size_t max_frame_bytes) {
   switch (kind) {
-    case FrameKind::hello: return max_greeting_bytes - frame_header_bytes;
-    case FrameKind::ready: return 0;
-    case FrameKind::goodbye: return max_reason_bytes;
+    case FrameKind::hello:
+      return max_greeting_bytes - frame_header_bytes;
+    case FrameKind::ready:
+      return 0;
+    case FrameKind::goodbye:
+      return max_reason_bytes;
     case FrameKind::control:
-    case FrameKind::bulk: return max_frame_bytes;
+    case FrameKind::bulk:
+      return max_frame_bytes;
     case FrameKind::credit:
     case FrameKind::ping:
-    case FrameKind::pong: return 8;
+    case FrameKind::pong:
+      return 8;
   }
   return 0;
 }
@@ -102,9 +107,7 @@ std::optional<std::uint64_t> number_in(const Frame& frame) {
   return Fields(*frame.bytes).number<std::uint64_t>();
 }
 
-std::string reason_in(const Frame& frame) {
-  return printable(std::string(frame.bytes->begin(), frame.bytes->end()));
-}
+std::string reason_in(const Frame& frame) { return printable(std::string(frame.bytes->begin(), frame.bytes->end())); }
 
 Status FrameReader::look_at_header() {
   length_ = 0;
@@ -120,8 +123,7 @@ Status FrameReader::look_at_header() {
     return refused("a frame before the greeting");
   const std::size_t most = longest(kind, max_frame_bytes_);
   if (length_ > most)
-    return refused("a frame of " + std::to_string(length_) + " bytes where " + std::to_string(most) +
-                   " are the most");
+    return refused("a frame of " + std::to_string(length_) + " bytes where " + std::to_string(most) + " are the most");
   return Done{};
 }
 

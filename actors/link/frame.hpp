@@ -71,11 +71,11 @@ class FrameReader {
 /// What each end says of itself.
 struct Hello {
   std::uint16_t protocol = link_protocol;
-  std::uint64_t boot_id = 0;    ///< of the process, drawn when it started
-  std::uint16_t port = 0;       ///< it listens here; 0: nowhere
+  std::uint64_t boot_id = 0;      ///< of the process, drawn when it started
+  std::uint16_t port = 0;         ///< it listens here; 0: nowhere
   std::uint32_t bulk_window = 0;  ///< bytes of bulk it is ready to hold
-  std::string version;          ///< of the program
-  Identity who;                 ///< under TLS the certificate decides instead
+  std::string version;            ///< of the program
+  Identity who;                   ///< under TLS the certificate decides instead
 };
 
 Bytes hello_frame(const Hello& hello);

@@ -16,7 +16,8 @@ constexpr std::uint32_t max_window = 1u << 30;
 }  // namespace
 
 void Switchboard::greet(const ConnectionPointer& c) {
-  write_now(*c, hello_frame({link_protocol, setup_.boot_id, own_port_, options_.bulk_window, options_.version, options_.own}));
+  write_now(*c, hello_frame(
+                    {link_protocol, setup_.boot_id, own_port_, options_.bulk_window, options_.version, options_.own}));
 }
 
 void Switchboard::greeted(const ConnectionPointer& c, const Frame& frame) {
@@ -63,8 +64,10 @@ bool Switchboard::is_welcome(const ConnectionPointer& c) {
 
 Switchboard::ConnectionPointer Switchboard::other(const Connection& c,
                                                   const std::function<bool(const Connection&)>& condition) const {
+  // The name as well: nobody speaks for somebody else, whatever number he greets with.
   for (const auto& [id, o] : connections_)
-    if (id != c.id && o->peer.boot_id == c.peer.boot_id && condition(*o)) return o;
+    if (id != c.id && o->peer.boot_id == c.peer.boot_id && o->peer.who.name == c.peer.who.name && condition(*o))
+      return o;
   return nullptr;
 }
 

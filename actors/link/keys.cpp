@@ -120,26 +120,27 @@ struct Issuer {
 };
 
 /// @returns null when OpenSSL fails
-X509Pointer signed_certificate(EVP_PKEY* key, const std::string& name, const std::string& role, const Validity& validity,
-                               const Issuer& issuer) {
+X509Pointer signed_certificate(EVP_PKEY* key, const std::string& name, const std::string& role,
+                               const Validity& validity, const Issuer& issuer) {
   X509Pointer made(X509_new());
   X509* certificate = made.get();
   X509* by = issuer.certificate ? issuer.certificate : certificate;
   const bool is_authority = !issuer.certificate;
-  const bool good =
-      certificate && X509_set_version(certificate, X509_VERSION_3) == 1 && set_number(certificate) &&
-      X509_gmtime_adj(X509_getm_notBefore(certificate), validity.from_s) &&
-      X509_gmtime_adj(X509_getm_notAfter(certificate), validity.to_s) && X509_set_pubkey(certificate, key) == 1 &&
-      add_field(X509_get_subject_name(certificate), NID_commonName, name) &&
-      add_field(X509_get_subject_name(certificate), NID_organizationalUnitName, role) &&
-      X509_set_issuer_name(certificate, X509_get_subject_name(by)) == 1 &&
-      add_extension(certificate, by, NID_basic_constraints,
-                    is_authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE") &&
-      add_extension(certificate, by, NID_key_usage, is_authority ? "critical,keyCertSign" : "critical,digitalSignature") &&
-      (is_authority || add_extension(certificate, by, NID_ext_key_usage, "clientAuth,serverAuth")) &&
-      add_extension(certificate, by, NID_subject_key_identifier, "hash") &&
-      add_extension(certificate, by, NID_authority_key_identifier, "keyid:always") &&
-      X509_sign(certificate, issuer.key, EVP_sha256()) > 0;
+  const bool good = certificate && X509_set_version(certificate, X509_VERSION_3) == 1 && set_number(certificate) &&
+                    X509_gmtime_adj(X509_getm_notBefore(certificate), validity.from_s) &&
+                    X509_gmtime_adj(X509_getm_notAfter(certificate), validity.to_s) &&
+                    X509_set_pubkey(certificate, key) == 1 &&
+                    add_field(X509_get_subject_name(certificate), NID_commonName, name) &&
+                    add_field(X509_get_subject_name(certificate), NID_organizationalUnitName, role) &&
+                    X509_set_issuer_name(certificate, X509_get_subject_name(by)) == 1 &&
+                    add_extension(certificate, by, NID_basic_constraints,
+                                  is_authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE") &&
+                    add_extension(certificate, by, NID_key_usage,
+                                  is_authority ? "critical,keyCertSign" : "critical,digitalSignature") &&
+                    (is_authority || add_extension(certificate, by, NID_ext_key_usage, "clientAuth,serverAuth")) &&
+                    add_extension(certificate, by, NID_subject_key_identifier, "hash") &&
+                    add_extension(certificate, by, NID_authority_key_identifier, "keyid:always") &&
+                    X509_sign(certificate, issuer.key, EVP_sha256()) > 0;
   return good ? std::move(made) : nullptr;
 }
 
@@ -203,7 +204,8 @@ Status issue_certificate(const std::string& folder, const Identity& who, const V
   const std::string authority_stem = folder + "/" + authority_file;
   const Expected<X509Pointer> authority = certificate_in(authority_stem + ".crt");
   if (!authority)
-    return refused(authority.error().where, authority.error().message + "; make one with: lichthof keys init " + folder);
+    return refused(authority.error().where,
+                   authority.error().message + "; make one with: lichthof keys init " + folder);
   const Expected<KeyPointer> key = key_in(authority_stem + ".key");
   if (!key) return key.error();
   return issue(folder + "/" + who.name, who.name, name_of(who.role), validity, authority->get(), key->get());

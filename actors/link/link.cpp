@@ -1,10 +1,10 @@
 #include "actors/link/link.hpp"
 
-#include <caf/io/all.hpp>
 #include <spdlog/spdlog.h>
 #include <sys/random.h>
 
 #include <algorithm>
+#include <caf/io/all.hpp>
 
 #include "actors/link/switchboard.hpp"
 #include "actors/log.hpp"
@@ -28,12 +28,7 @@ struct LinkState {
 using LinkActor = caf::stateful_actor<LinkState, caf::io::broker>;
 
 caf::behavior link_actor(LinkActor* self, const std::shared_ptr<LinkSetup>& setup) {
-  self->set_exception_handler(
-      [](caf::scheduled_actor*, std::exception_ptr& exception) { return failure_of("link", exception); });
-  self->set_default_handler([](caf::scheduled_actor*, caf::message_view& message) -> caf::result<caf::message> {
-    log_unexpected("link", message);
-    return caf::sec::unexpected_message;
-  });
+  report_failures(self, "link");
   self->set_down_handler([self](const caf::down_msg&) { self->quit(); });
   self->monitor(setup->owner);
   self->state.board = std::make_unique<Switchboard>(*self, *setup);
@@ -96,7 +91,8 @@ Expected<Link> Link::start(caf::actor_system& system, const caf::actor& owner, L
     options.own = setup->tls->own();
   }
   if (!is_name(options.own.name))
-    return Error{ErrorCode::bad_input, "name", "a name has 1 to 64 letters, digits and ._-, and begins with no dot or dash"};
+    return Error{ErrorCode::bad_input, "name",
+                 "a name has 1 to 64 letters, digits and ._-, and begins with no dot or dash"};
   Link link;
   link.own_ = options.own;
   link.boot_id_ = drawn_boot_id();

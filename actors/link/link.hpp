@@ -34,26 +34,26 @@ struct PeerId {
 };
 
 struct LinkOptions {
-  Identity own;                   ///< under TLS the certificate decides instead
-  std::string version;            ///< of the program
-  std::optional<TlsFiles> tls;    ///< none: in the clear, and only on loopback
-  bool insecure = false;          ///< in the clear on any address
+  Identity own;                 ///< under TLS the certificate decides instead
+  std::string version;          ///< of the program
+  std::optional<TlsFiles> tls;  ///< none: in the clear, and only on loopback
+  bool insecure = false;        ///< in the clear on any address
   std::vector<Role> accepted_roles{Role::node, Role::controller, Role::user, Role::viewer};
   std::vector<Role> dialled_roles{Role::node, Role::controller};  ///< who may answer when we dial
 
   std::chrono::milliseconds dial_limit{5000};      ///< looking up a name and connecting
   std::chrono::milliseconds greeting_limit{5000};  ///< from the connection to the greeting, TLS included
   std::chrono::milliseconds ping_interval{1000};
-  std::chrono::milliseconds silence_limit{6000};  ///< after that a peer is down
+  std::chrono::milliseconds silence_limit{6000};   ///< after that a peer is down
   std::chrono::milliseconds farewell_limit{1000};  ///< for what is under way when a connection ends
 
   std::size_t max_strangers = 64;  ///< accepted, but not greeted yet; the oldest has to go
   std::size_t max_peers = 1024;
   std::size_t max_frame_bytes = 8u << 20;
-  std::size_t max_queued_bytes = 64u << 20;      ///< to one peer; beyond, it is too slow
-  std::size_t blocked_bytes = 8u << 20;          ///< in the queue: LinkBlocked above it, LinkReady below its half
-  std::size_t socket_bytes = 1u << 20;           ///< handed to the socket at once
-  std::uint32_t bulk_window = 4u << 20;          ///< what we hold of a peer's bulk before it must wait
+  std::size_t max_queued_bytes = 64u << 20;  ///< to one peer; beyond, it is too slow
+  std::size_t blocked_bytes = 8u << 20;      ///< in the queue: LinkBlocked above it, LinkReady below its half
+  std::size_t socket_bytes = 1u << 20;       ///< handed to the socket at once
+  std::uint32_t bulk_window = 4u << 20;      ///< what we hold of a peer's bulk before it must wait
   double frames_per_second = 20000, frames_at_once = 40000;  ///< all kinds but bulk, from one peer
 };
 
@@ -64,9 +64,9 @@ struct LinkUp {
   Identity who;
   std::uint64_t boot_id = 0;  ///< the same as before: the process has not been restarted in between
   std::string version;
-  std::string host;           ///< numeric when it dialled, else as we dialled it
-  std::uint16_t port = 0;     ///< it listens there; 0: nowhere
-  bool dialled = false;       ///< by us
+  std::string host;        ///< numeric when it dialled, else as we dialled it
+  std::uint16_t port = 0;  ///< it listens there; 0: nowhere
+  bool dialled = false;    ///< by us
 };
 struct LinkDown {
   PeerId peer;

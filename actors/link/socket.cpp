@@ -36,7 +36,8 @@ Expected<Addresses> addresses_of(const std::string& host, std::uint16_t port, in
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = flags | AI_NUMERICSERV;
   addrinfo* found = nullptr;
-  const int problem = ::getaddrinfo(host.empty() ? nullptr : host.c_str(), std::to_string(port).c_str(), &hints, &found);
+  const int problem =
+      ::getaddrinfo(host.empty() ? nullptr : host.c_str(), std::to_string(port).c_str(), &hints, &found);
   if (problem != 0) return failed(endpoint(host, port), ::gai_strerror(problem));
   return Addresses(found, &::freeaddrinfo);
 }
@@ -76,8 +77,9 @@ Expected<Socket> listening_socket(const std::string& host, std::uint16_t port) {
       return socket;
     problem = errno;
   }
-  return failed(endpoint(host, port), std::string("cannot listen: ") + std::strerror(problem) +
-                                          (problem == EADDRINUSE ? "; stop the other program or choose another port" : ""));
+  return failed(endpoint(host, port),
+                std::string("cannot listen: ") + std::strerror(problem) +
+                    (problem == EADDRINUSE ? "; stop the other program or choose another port" : ""));
 }
 
 std::uint16_t local_port(const Socket& socket) {

@@ -1,10 +1,10 @@
 #include "actors/link/stream.hpp"
 
-#include <caf/policy/tcp.hpp>
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <caf/policy/tcp.hpp>
 #include <cerrno>
 
 namespace lichthof::actors {

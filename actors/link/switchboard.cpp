@@ -20,7 +20,9 @@ double seconds(std::chrono::steady_clock::time_point time) {
   return std::chrono::duration<double>(time.time_since_epoch()).count();
 }
 
-std::string in_words(std::chrono::milliseconds limit) { return fmt::format("{:g} s", static_cast<double>(limit.count()) / 1000); }
+std::string in_words(std::chrono::milliseconds limit) {
+  return fmt::format("{:g} s", static_cast<double>(limit.count()) / 1000);
+}
 
 }  // namespace
 
@@ -128,7 +130,8 @@ void Switchboard::closed(std::int64_t id) {
   const TlsSession* session = c->scribe->session();
   std::string reason = session ? session->failure() : "";
   if (reason.empty() && c->stage == Stage::up) reason = "connection lost";
-  if (reason.empty() && c->stage == Stage::securing) reason = "closed by the peer during the TLS handshake; does it speak TLS?";
+  if (reason.empty() && c->stage == Stage::securing)
+    reason = "closed by the peer during the TLS handshake; does it speak TLS?";
   if (reason.empty()) reason = "closed by the peer before the end of the greeting";
   if (c->dialled && !session && c->stage == Stage::greeting) reason += "; does it expect TLS?";
   end(c, reason, Farewell::none);
@@ -224,6 +227,7 @@ void Switchboard::look_after(const ConnectionPointer& c, Clock::time_point now) 
   }
   if (now - c->last_heard >= options_.silence_limit)
     return end(c, "silent for " + in_words(options_.silence_limit), Farewell::reason);
+  if (end_if_slow(c)) return;
   // Also when we hear from the peer: it waits for a word as we do.
   if (now - c->last_sent < options_.ping_interval) return;
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count();

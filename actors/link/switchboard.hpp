@@ -106,8 +106,8 @@ class Switchboard {
     // When up:
     Outbox outbox;
     TokenBucket frames{1, 1};
-    std::size_t unsent_bytes = 0;   ///< handed to the socket
-    std::uint64_t held_credit = 0;  ///< bulk that has arrived and is not consumed
+    std::size_t unsent_bytes = 0;     ///< handed to the socket
+    std::uint64_t held_credit = 0;    ///< bulk that has arrived and is not consumed
     std::uint64_t unsaid_credit = 0;  ///< consumed, but the peer has not been told
     bool blocked = false;
     std::shared_ptr<PeerCounters> counters;
@@ -140,6 +140,7 @@ class Switchboard {
   // Traffic (traffic.cpp)
   void take(const ConnectionPointer& c, const Frame& frame);
   void pump(Connection& c);
+  bool end_if_slow(const ConnectionPointer& c);
   void push_own(Connection& c, Bytes frame);
   void write_now(Connection& c, const Bytes& frame);
   void tell_queue(Connection& c);

@@ -156,6 +156,7 @@ TlsSession::Progress TlsSession::shake_hands() {
 TlsSession::Progress TlsSession::read(void* to, std::size_t most, std::size_t& count) {
   ERR_clear_error();
   const int result = SSL_read_ex(ssl_.get(), to, most, &count);
+  wants_to_write_ = false;
   if (result == 1) return Progress::done;
   count = 0;
   return outcome(result);
@@ -166,6 +167,7 @@ bool TlsSession::unread() const { return SSL_pending(ssl_.get()) > 0; }
 TlsSession::Progress TlsSession::write(const void* from, std::size_t most, std::size_t& count) {
   ERR_clear_error();
   const int result = SSL_write_ex(ssl_.get(), from, most, &count);
+  wants_to_write_ = false;
   if (result == 1) return Progress::done;
   count = 0;
   return outcome(result);

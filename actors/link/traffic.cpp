@@ -1,7 +1,7 @@
 // Frames between two ends that know each other.
-#include "actors/link/switchboard.hpp"
-
 #include <algorithm>
+
+#include "actors/link/switchboard.hpp"
 
 namespace lichthof::actors {
 
@@ -34,8 +34,10 @@ void Switchboard::take(const ConnectionPointer& c, const Frame& frame) {
   if (!c->frames.take(now_s)) return end(c, "sends too many frames", Farewell::reason);
   const auto number = number_in(frame);
   switch (frame.kind) {
-    case FrameKind::control: return broker_.send(setup_.owner, FrameArrived{peer, false, frame.bytes});
-    case FrameKind::goodbye: return end(c, "left: " + reason_in(frame), Farewell::none);
+    case FrameKind::control:
+      return broker_.send(setup_.owner, FrameArrived{peer, false, frame.bytes});
+    case FrameKind::goodbye:
+      return end(c, "left: " + reason_in(frame), Farewell::none);
     case FrameKind::credit:
       if (!number) break;
       c->outbox.grant(std::min<std::uint64_t>(*number, c->peer.bulk_window));
@@ -50,7 +52,8 @@ void Switchboard::take(const ConnectionPointer& c, const Frame& frame) {
         c->counters->round_trip_us = static_cast<std::uint64_t>(us) - *number;
       return;
     }
-    default: return end(c, "a second greeting", Farewell::reason);
+    default:
+      return end(c, "a second greeting", Farewell::reason);
   }
   end(c, "a damaged frame", Farewell::reason);
 }
@@ -60,9 +63,15 @@ void Switchboard::send(const Send& send) {
   if (!c || c->stage != Stage::up) return;
   c->outbox.push(send.kind, send.bytes);
   pump(*c);
+  end_if_slow(c);
+}
+
+/// @returns whether it was
+bool Switchboard::end_if_slow(const ConnectionPointer& c) {
   const std::size_t waiting = c->outbox.queued_bytes() + c->unsent_bytes;
-  if (waiting > options_.max_queued_bytes)
-    end(c, "too slow: " + std::to_string(waiting >> 20) + " MiB wait for it", Farewell::reason);
+  if (waiting <= options_.max_queued_bytes) return false;
+  end(c, "too slow: " + std::to_string(waiting >> 20) + " MiB wait for it", Farewell::reason);
+  return true;
 }
 
 void Switchboard::consumed(const Consumed& consumed) {

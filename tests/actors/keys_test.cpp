@@ -88,11 +88,12 @@ TEST_SUITE("actors") {
     check_error(with([&](TlsFiles& f) { f.authority = lab.file("no.crt"); }), lab.file("no.crt"), "No such file");
     check_error(with([&](TlsFiles& f) { f.certificate = lab.file("no.crt"); }), lab.file("no.crt"), "No such file");
     check_error(with([&](TlsFiles& f) { f.key = lab.file("no.key"); }), lab.file("no.key"), "No such file");
-    check_error(with([&](TlsFiles& f) { f.key = foreign.file("node1.key"); }), foreign.file("node1.key"), "not the key");
+    check_error(with([&](TlsFiles& f) { f.key = foreign.file("node1.key"); }), foreign.file("node1.key"),
+                "not the key");
     check_error(with([&](TlsFiles& f) { f.authority = foreign.file("ca.crt"); }), lab.file("node1.crt"), "not valid");
     check_error(with([&](TlsFiles& f) { f.certificate = f.key; }), lab.file("node1.key"), "no certificate");
-    check_error(with([&](TlsFiles& f) { f.certificate = f.authority, f.key = lab.file("ca.key"); }),
-                lab.file("ca.crt"), "no role");
+    check_error(with([&](TlsFiles& f) { f.certificate = f.authority, f.key = lab.file("ca.key"); }), lab.file("ca.crt"),
+                "no role");
     REQUIRE(issue_certificate(lab.keys, {"old", Role::node}, {-2 * day_s, -day_s}));
     check_error(TlsContext::load(lab.files("old")), lab.file("old.crt"), "expired");
     REQUIRE(issue_certificate(lab.keys, {"early", Role::node}, {day_s, 2 * day_s}));

@@ -27,7 +27,9 @@ using namespace std::chrono_literals;
 /// Long enough for a busy machine; nothing waits so long unless it is broken.
 constexpr auto patience = 30s;
 
-inline SharedBytes bytes_of(std::size_t count, std::uint8_t value = 7) { return std::make_shared<const Bytes>(count, value); }
+inline SharedBytes bytes_of(std::size_t count, std::uint8_t value = 7) {
+  return std::make_shared<const Bytes>(count, value);
+}
 
 inline LinkOptions named(const std::string& name, Role role = Role::node) {
   LinkOptions options;

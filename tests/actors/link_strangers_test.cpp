@@ -114,19 +114,27 @@ TEST_SUITE("actors") {
           bytes.resize(random() % 3000);
           for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
           break;
-        case 1: bytes.resize(random() % hello.size()); break;  // cut off
-        case 2:                                                // announces four gigabytes
+        case 1:
+          bytes.resize(random() % hello.size());
+          break;  // cut off
+        case 2:   // announces four gigabytes
           bytes.clear();
           put_header(bytes, 0xffffffff, FrameKind::control);
           break;
-        case 3: bytes[frame_header_bytes + 8] = 9; break;  // another version
-        case 4: bytes.insert(bytes.end(), hello.begin(), hello.end()); break;
+        case 3:
+          bytes[frame_header_bytes + 8] = 9;
+          break;  // another version
+        case 4:
+          bytes.insert(bytes.end(), hello.begin(), hello.end());
+          break;
         case 5:  // no greeting first
           bytes.clear();
           put_header(bytes, 4, FrameKind::control);
           bytes.resize(bytes.size() + 4);
           break;
-        case 6: bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1 + random() % 255); break;
+        case 6:
+          bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
+          break;
         case 7:  // a greeting that goes on for ever
           bytes.clear();
           put_header(bytes, 1000, FrameKind::hello);

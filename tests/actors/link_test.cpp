@@ -144,6 +144,11 @@ TEST_SUITE("actors") {
     CHECK(a.downs[0].peer == a.ups[1].peer);
     CHECK(a.downs[0].reason == "replaced by a newer connection");
     CHECK(a.ups[2].peer > a.ups[1].peer);
+    // Somebody of another name who greets with that number replaces nobody.
+    BarePeer other(port);
+    other.greet("other", 7);
+    REQUIRE(a.until([&] { return a.ups.size() == 4; }));
+    CHECK(a.downs.size() == 1);
   }
 
   TEST_CASE("link: bulk waits for credit, the queue is announced, control passes") {

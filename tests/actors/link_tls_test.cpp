@@ -1,6 +1,9 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 
+#include <ctime>
+#include <thread>
+
 #include "actors/link/keys.hpp"
 #include "tests/actors/link_process.hpp"
 #include "tests/support/scratch_folder.hpp"
@@ -102,6 +105,26 @@ TEST_SUITE("actors") {
     CHECK(all_there(b));
   }
 
+  TEST_CASE("link over TLS: nobody waits by turning round") {
+    Lab lab;
+    Process a(lab.options("a")), b(lab.options("b"));
+    const std::uint16_t port = a.listen();
+    b.connect(port);
+    REQUIRE(a.until([&] { return !a.ups.empty(); }));
+    // Enough to fill the buffers of the system, so that TLS has waited for room.
+    for (int i = 0; i < 40; ++i) a.link.send_control(a.peer(), bytes_of(1u << 20));
+    REQUIRE(b.until([&] { return b.frames.size() == 40; }));
+    BarePeer silent(port), half(port);
+    half.say({0x16, 3, 1, 2, 0, 1});
+    const auto wall = std::chrono::steady_clock::now();
+    const std::clock_t before = std::clock();
+    std::this_thread::sleep_for(1s);
+    const double cpu_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall).count();
+    // A loop that waits costs a few milliseconds, one that spins all of a core.
+    CHECK(cpu_s < 0.5 * wall_s);
+  }
+
   TEST_CASE("link over TLS: strangers are refused, each with the reason at both ends") {
     Lab lab, other_lab;
     Process a(lab.options("a"));
@@ -164,7 +187,7 @@ TEST_SUITE("actors") {
     CHECK(a.link.monitor().strangers <= 64);
     b.connect(port);
     CHECK(idle.back().last_words().empty());
-    REQUIRE(a.until([&] { return a.link.monitor().strangers == 0; }));
+    REQUIRE(a.until([&] { return a.link.monitor().strangers == 0 && !a.ups.empty(); }));
     CHECK(a.ups.size() == 1);
     b.link.send_control(b.peer(), bytes_of(9));
     CHECK(a.until([&] { return a.frames.size() == 1; }));
