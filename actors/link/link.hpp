@@ -51,6 +51,7 @@ struct LinkOptions {
   std::size_t max_peers = 1024;
   std::size_t max_frame_bytes = 8u << 20;
   std::size_t max_queued_bytes = 64u << 20;  ///< to one peer; beyond, it is too slow
+  std::size_t max_held_bytes = 256u << 20;   ///< control frames from one peer that the owner has not let go of
   std::size_t blocked_bytes = 8u << 20;      ///< in the queue: LinkBlocked above it, LinkReady below its half
   std::size_t socket_bytes = 1u << 20;       ///< handed to the socket at once
   std::uint32_t bulk_window = 4u << 20;      ///< what we hold of a peer's bulk before it must wait
@@ -98,6 +99,7 @@ struct PeerCounters {
   Identity who;
   std::string host;
   std::atomic<std::uint64_t> bytes_in{0}, bytes_out{0}, frames_in{0}, frames_out{0};
+  std::atomic<std::uint64_t> held_bytes{0};     ///< of control that has arrived and that somebody still holds
   std::atomic<std::uint64_t> queued_bytes{0};   ///< towards the peer
   std::atomic<std::uint64_t> round_trip_us{0};  ///< of the last ping; 0: none yet
 };

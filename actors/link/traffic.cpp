@@ -5,6 +5,18 @@
 
 namespace lichthof::actors {
 
+namespace {
+
+/// The same bytes; they are counted as held until the last owner lets go of them, on whatever thread.
+SharedBytes counted(SharedBytes bytes, const std::shared_ptr<PeerCounters>& counters) {
+  counters->held_bytes += bytes->size();
+  const Bytes* raw = bytes.get();
+  return SharedBytes(raw,
+                     [bytes = std::move(bytes), counters](const Bytes*) { counters->held_bytes -= bytes->size(); });
+}
+
+}  // namespace
+
 void Switchboard::arrived(std::int64_t id, std::span<const std::uint8_t> bytes) {
   const ConnectionPointer c = connection(id);
   if (!c) return;
@@ -35,7 +47,9 @@ void Switchboard::take(const ConnectionPointer& c, const Frame& frame) {
   const auto number = number_in(frame);
   switch (frame.kind) {
     case FrameKind::control:
-      return broker_.send(setup_.owner, FrameArrived{peer, false, frame.bytes});
+      broker_.send(setup_.owner, FrameArrived{peer, false, counted(frame.bytes, c->counters)});
+      if (c->counters->held_bytes <= options_.max_held_bytes) return;
+      return end(c, "sends faster than it is listened to", Farewell::reason);
     case FrameKind::goodbye:
       return end(c, "left: " + reason_in(frame), Farewell::none);
     case FrameKind::credit:

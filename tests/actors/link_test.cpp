@@ -214,6 +214,25 @@ TEST_SUITE("actors") {
     CHECK(a.downs[0].reason.find("too slow") == 0);
   }
 
+  TEST_CASE("link: control that nobody takes is bounded at the receiver") {
+    LinkOptions options = named("a");
+    options.max_held_bytes = 8u << 20;
+    Process a(options), b(named("b"));
+    b.connect(a.listen());
+    REQUIRE(a.until([&] { return !a.ups.empty(); }));
+    for (int i = 0; i < 20; ++i) {  // let go of each time, nothing adds up
+      b.link.send_control(b.peer(), bytes_of(1u << 20));
+      REQUIRE(a.until([&] { return !a.frames.empty(); }));
+      a.frames.clear();
+    }
+    CHECK(a.downs.empty());
+    for (int i = 0; i < 20; ++i) b.link.send_control(b.peer(), bytes_of(1u << 20));
+    REQUIRE(b.until([&] { return !b.downs.empty(); }));
+    CHECK(b.downs[0].reason == "left: sends faster than it is listened to");
+    REQUIRE(a.until([&] { return !a.downs.empty(); }));
+    CHECK(a.frames.size() <= 10);
+  }
+
   TEST_CASE("link: who sends more than he may is closed with the reason") {
     LinkOptions options = named("a");
     options.frames_per_second = 10;
