@@ -15,5 +15,6 @@ void add_export(CLI::App& program, Command& chosen);
 void add_convert(CLI::App& program, Command& chosen);
 void add_doctor(CLI::App& program, Command& chosen);
 void add_bench(CLI::App& program, Command& chosen);
+void add_keys(CLI::App& program, Command& chosen);
 
 }  // namespace lichthof::apps

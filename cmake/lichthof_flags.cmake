@@ -3,6 +3,8 @@ add_library(lichthof_flags INTERFACE)
 target_include_directories(lichthof_flags INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(lichthof_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+  # g++ 12 sees overlapping copies in any `"text" + string` (GCC bug 105651).
+  -Wno-restrict
   # Every x86-64-v2 machine runs the binary; wider vector code is chosen at run time (core/light/kernels).
   -march=x86-64-v2
   # No fused multiply-add behind our back: the same bits on every machine and vector width.

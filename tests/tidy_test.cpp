@@ -127,9 +127,11 @@ TEST_SUITE("tidy") {
     CHECK(objects(rule, "sim/simulation.cpp", "#include <caf/all.hpp>\n"));
     CHECK(objects(rule, "io/obj_reader.cpp", "#include <caf/all.hpp>\n"));
     CHECK(objects(rule, "actors/wire.hpp", "#include <OpenImageIO/imageio.h>\n"));
+    CHECK(objects(rule, "actors/wire.hpp", "#include <openssl/ssl.h>\n"));
     CHECK_FALSE(objects(rule, "core/light/raycast.cpp", "#include <embree3/rtcore.h>\n"));
     CHECK_FALSE(objects(rule, "core/base/parallel.cpp", "#include <tbb/parallel_for.h>\n"));
     CHECK_FALSE(objects(rule, "actors/wire.hpp", "#include <caf/all.hpp>\n#include <vector>\n"));
+    CHECK_FALSE(objects(rule, "actors/link/tls.cpp", "#include <openssl/ssl.h>\n"));
     CHECK_FALSE(objects(rule, "core/cell/cell.cpp", "// #include <mutex>\n#include <glm/vec3.hpp>\n"));
   }
 

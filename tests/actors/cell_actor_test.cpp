@@ -181,7 +181,7 @@ TEST_SUITE("cell actor") {
   TEST_CASE("cell actor: light from a stranger is refused, and what runs goes on") {
     Run run({2, 1, 1}, 1e-3);
     run.begin();
-    Shot shot;
+    Shot shot{};
     run.self->send(run.handles[1], HemicubeMessage{std::make_shared<const Shot>(shot), CellId{9}, false, {1, 2, 3}});
     run.scheduler.run();
     CHECK(run.cells[1]->state().refused == 1);

@@ -219,6 +219,25 @@ TEST_SUITE("system") {
     CHECK(lines.out.find("solver") != std::string::npos);
   }
 
+  TEST_CASE("keys: an authority, a certificate, and what stands in them") {
+    const Folder folder;
+    const std::string keys = folder / "keys";
+    CHECK(ran({"keys", "init", keys}).out.find("ca.key") != std::string::npos);
+    const Outcome issued = ran({"keys", "issue", keys, "--name", "node1", "--role", "node", "--json"});
+    CHECK(issued.status == 0);
+    CHECK(issued.json()["certificates"][0]["role"] == "node");
+    const Outcome shown = ran({"keys", "show", keys, "--json"});
+    CHECK(shown.status == 0);
+    REQUIRE(shown.json()["certificates"].size() == 2);
+    CHECK(shown.json()["certificates"][1]["name"] == "node1");
+    const Outcome again = ran({"keys", "issue", keys, "--name", "node1", "--role", "node"});
+    CHECK(again.status == 2);
+    CHECK(again.complains("exists already"));
+    CHECK(ran({"keys", "issue", keys, "--name", "x", "--role", "king"}).complains("--role"));
+    CHECK(ran({"keys"}).status == 2);
+    CHECK(ran({"keys", "show", "--help"}).status == 0);
+  }
+
   TEST_CASE("bench: one section is one JSON document of numbers") {
     const Folder folder;
     write_room(folder);
