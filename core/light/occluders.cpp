@@ -136,25 +136,29 @@ std::vector<ShooterSides> Occluders::sides_of(const FlatShooter& shooter) const 
 }
 
 OccluderSelection Occluders::in_shaft(const Shaft& shaft, std::span<const ShooterSides> sides, std::size_t most) const {
-  std::vector<Candidates> some;
-  for (std::uint32_t p = 0; p < parents_.size(); ++p) some.push_back({p, 0xffff});
+  OccluderSelection chosen;
+  std::vector<Candidates> parents;
+  for (std::uint32_t p = 0; p < parents_.size(); ++p) parents.push_back({p, 0xffff});
   const std::vector<ShooterSides> neither(parents_.size());
-  some.resize(kernels().in_shaft(shaft, parents_.data(), neither.data(), some.data(), some.size(), some.data()));
+  parents.resize(kernels().in_shaft(shaft, parents_.data(), neither.data(), parents.data(), parents.size(), parents.data()));
+
   std::vector<Candidates> blocks;
-  for (const Candidates& parent : some)
+  std::size_t count = 0;
+  for (const Candidates& parent : parents) {
+    const std::size_t first = blocks.size();
     for (std::uint32_t left = parent.lanes; left != 0; left &= left - 1) {
       const auto block = static_cast<std::uint32_t>(parent.block * block_size) + static_cast<std::uint32_t>(__builtin_ctz(left));
       if (block < blocks_.size()) blocks.push_back({block, lanes_[block]});
     }
-  blocks.resize(kernels().in_shaft(shaft, blocks_.data(), sides.data(), blocks.data(), blocks.size(), blocks.data()));
-
-  OccluderSelection chosen;
-  std::size_t count = 0;
-  for (const Candidates& candidates : blocks) count += static_cast<std::size_t>(__builtin_popcount(candidates.lanes));
-  if (count > most) {
-    chosen.complete = false;
-    return chosen;
+    Candidates* const some = blocks.data() + first;
+    blocks.resize(first + kernels().in_shaft(shaft, blocks_.data(), sides.data(), some, blocks.size() - first, some));
+    for (std::size_t k = first; k < blocks.size(); ++k) count += static_cast<std::size_t>(__builtin_popcount(blocks[k].lanes));
+    if (count > most) {
+      chosen.complete = false;
+      return chosen;
+    }
   }
+
   count = (count + block_size - 1) / block_size;
   chosen.blocks.reserve(count), chosen.sides.reserve(count), chosen.candidates.reserve(count);
   std::uint32_t lane = block_size;

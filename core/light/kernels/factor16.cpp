@@ -34,7 +34,18 @@ inline V3 cross(const V3& a, const V3& b) { return {a.y * b.z - a.z * b.y, a.z *
 inline V select(M m, V a, V b) { return m ? a : b; }
 inline V3 select(M m, const V3& a, const V3& b) { return {m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z}; }
 
-inline V absolute(V v) { return select(v < 0.f, -v, v); }
+// One instruction each; the compiler makes compare and blend of the portable form. The second of two equal values counts.
+#if LICHTHOF_LANES == 4
+inline V least(V a, V b) { return reinterpret_cast<V>(_mm_min_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b))); }
+inline V most(V a, V b) { return reinterpret_cast<V>(_mm_max_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b))); }
+#elif LICHTHOF_LANES == 8
+inline V least(V a, V b) { return reinterpret_cast<V>(_mm256_min_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b))); }
+inline V most(V a, V b) { return reinterpret_cast<V>(_mm256_max_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b))); }
+#else  // the headers of g++ 12 warn falsely of these two intrinsics
+inline V least(V a, V b) { return a < b ? a : b; }
+inline V most(V a, V b) { return a > b ? a : b; }
+#endif
+inline V absolute(V v) { return reinterpret_cast<V>(reinterpret_cast<M>(v) & 0x7fffffff); }
 
 inline V square_root(V v) {
   V r;
@@ -62,20 +73,15 @@ inline std::uint32_t bits_of(M m) {
 }
 inline bool any(M m) { return bits_of(m) != 0; }
 
-/// θ/sinθ as a function of c = cosθ in [0, 1]: Chebyshev fit of degree 9, error 1.7e-8.
+/// θ/sinθ as a function of c = cosθ in [0, 1]: Chebyshev fit of degree 9, error 1.7e-8. Summed in pairs of pairs: half as
+/// long a chain of dependent operations as Horner's.
 inline V theta_over_sine(V c) {
   const V y = c * 2.f - 1.f;
-  V p = all(-2.240252905210127e-05f);
-  p = p * y + 6.895964119280507e-05f;
-  p = p * y - 0.00016329768749869802f;
-  p = p * y + 0.0005300576221218733f;
-  p = p * y - 0.00177564106674307f;
-  p = p * y + 0.005867037097824852f;
-  p = p * y - 0.019836653439004072f;
-  p = p * y + 0.06973250427637592f;
-  p = p * y - 0.26360016626526517f;
-  p = p * y + 1.2091995900717911f;
-  return p;
+  const V y2 = y * y, y4 = y2 * y2;
+  const V p01 = 1.2091995900717911f + y * -0.26360016626526517f, p23 = 0.06973250427637592f + y * -0.019836653439004072f,
+          p45 = 0.005867037097824852f + y * -0.00177564106674307f, p67 = 0.0005300576221218733f + y * -0.00016329768749869802f,
+          p89 = 6.895964119280507e-05f + y * -2.240252905210127e-05f;
+  return (p01 + y2 * p23) + y4 * ((p45 + y2 * p67) + y4 * p89);
 }
 
 /// One edge of Lambert's sum, times 2π: angle(a, b) · n · unit(b × a), from the edge e = b - a (difference form).
@@ -84,9 +90,7 @@ inline V edge_term(const V3& n, const V3& a, const V3& b, const V3& e, V inverse
   const V cosine = dot(a, b) * scale;
   const V3 across = cross(e, a);
   const M obtuse = cosine < 0.f;
-  V magnitude = select(obtuse, -cosine, cosine);
-  magnitude = select(magnitude > 1.f, all(1.f), magnitude);
-  V ratio = theta_over_sine(magnitude);
+  V ratio = theta_over_sine(least(all(1.f), absolute(cosine)));
   if (any(obtuse)) {
     // Beyond a right angle sinθ must come from the cross product: sqrt(1 - cos²) cancels near θ = π.
     const V sine = square_root(dot(across, across)) * scale;
@@ -101,15 +105,24 @@ inline V inverse_length(const V3& a) {
   return 1.f / square_root(square + 1e-37f);  // a corner at the receiver itself contributes nothing: a is 0 there
 }
 
-/// The edge is the same for all lanes: taken from the shooter it has no rounding of the receivers' places.
-inline V3 shooter_edge(const FlatShooter& shooter, int k, int next) {
-  return {all(shooter.x[next] - shooter.x[k]), all(shooter.y[next] - shooter.y[k]), all(shooter.z[next] - shooter.z[k])};
-}
+/// A shooter with its edges. They are the same for all lanes, and have no rounding of the receivers' places.
+struct Outline {
+  explicit Outline(const FlatShooter& s) : shooter(s) {
+    for (int k = 0; k < s.count; ++k) {
+      const int next = k + 1 == s.count ? 0 : k + 1;
+      ex[k] = s.x[next] - s.x[k], ey[k] = s.y[next] - s.y[k], ez[k] = s.z[next] - s.z[k];
+    }
+  }
+  V3 edge(int k) const { return {all(ex[k]), all(ey[k]), all(ez[k])}; }
+
+  const FlatShooter& shooter;
+  float ex[FlatShooter::max_corners], ey[FlatShooter::max_corners], ez[FlatShooter::max_corners];
+};
 
 /// The general case: some lanes see the polygon across their horizon. Every lane clips for itself; a convex polygon
 /// leaves the upper half space at most once and comes back at most once, so one closing edge along the horizon suffices.
 /// Lanes whose horizon cuts nothing get the very bits of the simple case: which lanes share a register is a matter of width.
-V clipped_sum(const V3& n, const FlatShooter& shooter, const V3* corner, const V* height, M cut_lanes, int count, V3& target) {
+V clipped_sum(const V3& n, const Outline& outline, const V3* corner, const V* height, M cut_lanes, int count, V3& target) {
   V sum = all(0.f), corners_seen = all(0.f);
   V3 leaves{sum, sum, sum}, enters{sum, sum, sum}, middle{sum, sum, sum};
   M crosses = sum > 1.f;
@@ -124,7 +137,7 @@ V clipped_sum(const V3& n, const FlatShooter& shooter, const V3* corner, const V
     const V t = ha / select(out | in, span, all(1.f));
     const V3 cut = a + t * (b - a);
     const V3 from = select(in, cut, a), to = select(out, cut, b);
-    const V3 edge = select(a_in & b_in, shooter_edge(shooter, k, next), to - from);
+    const V3 edge = select(a_in & b_in, outline.edge(k), to - from);
     const V term = edge_term(n, from, to, edge, inverse_length(from), inverse_length(to));
     sum += select(used, term, all(0.f));
     leaves = select(out, cut, leaves);
@@ -149,37 +162,45 @@ struct Lanes {
 
 /// Lambert's sum over a polygon of `count` corners; `Fixed` > 0 unrolls the loops and keeps the corners in registers.
 template <int Fixed>
-V polygon_sum(Lanes& lanes, const FlatShooter& shooter, V3& target) {
+V polygon_sum(Lanes& lanes, const Outline& outline, V3& target) {
+  const FlatShooter& shooter = outline.shooter;
   constexpr int room = Fixed > 0 ? Fixed : FlatShooter::max_corners;
   const int count = Fixed > 0 ? Fixed : shooter.count;
-  // Corners as seen from each lane, and their heights over its horizon.
-  V3 corner[room];
-  V height[room];
+  // A corner as seen from each lane; taken anew where it is needed, since there are not registers for all of them.
+  const auto corner_at = [&](int k) { return V3{shooter.x[k] - lanes.p.x, shooter.y[k] - lanes.p.y, shooter.z[k] - lanes.p.z}; };
   V lowest = all(3e38f), highest = all(-3e38f);
+  V inverse[room];
   for (int k = 0; k < count; ++k) {
-    corner[k] = {shooter.x[k] - lanes.p.x, shooter.y[k] - lanes.p.y, shooter.z[k] - lanes.p.z};
-    height[k] = dot(lanes.n, corner[k]);
-    lowest = select(height[k] < lowest, height[k], lowest);
-    highest = select(height[k] > highest, height[k], highest);
+    const V3 corner = corner_at(k);
+    const V height = dot(lanes.n, corner);
+    lowest = least(height, lowest);
+    highest = most(height, highest);
+    inverse[k] = inverse_length(corner);
   }
   lanes.alive = lanes.alive & (highest > 0.f);
   if (!any(lanes.alive)) return all(0.f);
-  if (any(lanes.alive & (lowest < 0.f)))
-    return clipped_sum(lanes.n, shooter, corner, height, lowest < 0.f, count, target);
+  if (any(lanes.alive & (lowest < 0.f))) {
+    V3 corner[room];
+    V height[room];
+    for (int k = 0; k < count; ++k) corner[k] = corner_at(k), height[k] = dot(lanes.n, corner[k]);
+    return clipped_sum(lanes.n, outline, corner, height, lowest < 0.f, count, target);
+  }
 
   V sum = all(0.f);
-  V inverse[room];
-  for (int k = 0; k < count; ++k) inverse[k] = inverse_length(corner[k]);
+  V3 from = corner_at(0);
   for (int k = 0; k < count; ++k) {
     const int next = k + 1 == count ? 0 : k + 1;
-    sum += edge_term(lanes.n, corner[k], corner[next], shooter_edge(shooter, k, next), inverse[k], inverse[next]);
+    const V3 to = corner_at(next);
+    sum += edge_term(lanes.n, from, to, outline.edge(k), inverse[k], inverse[next]);
+    from = to;
   }
   return sum;
 }
 
 /// Lanes [at, at + lanes_at_once). @returns their bits, shifted down to 0
-std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holding, const FlatShooter& shooter, float offset,
+std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holding, const Outline& outline, float offset,
                       const Aim16& aim, int turn, Factors16& out) {
+  const FlatShooter& shooter = outline.shooter;
   Lanes lanes;
   const V3 p = lanes.p = {load(receivers.x + at), load(receivers.y + at), load(receivers.z + at)};
   const V3 n = lanes.n = {load(receivers.nx + at), load(receivers.ny + at), load(receivers.nz + at)};
@@ -192,7 +213,7 @@ std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holdin
   V3 target = {load_any(aim.x + at + turn) - p.x, load_any(aim.y + at + turn) - p.y, load_any(aim.z + at + turn) - p.z};
   V sum = all(0.f);
   if (any(lanes.alive))
-    sum = shooter.count == 4 ? polygon_sum<4>(lanes, shooter, target) : polygon_sum<0>(lanes, shooter, target);
+    sum = shooter.count == 4 ? polygon_sum<4>(lanes, outline, target) : polygon_sum<0>(lanes, outline, target);
 
   V factor = sum * 0.159154943091895f;
   const M seen = lanes.alive & (factor > 0.f);
@@ -217,9 +238,10 @@ std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holdin
 
 std::uint32_t factor16(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter, const Aim16& aim,
                        int turn, float offset, Factors16& out) {
+  const Outline outline(shooter);
   std::uint32_t seen = 0;
   for (int at = 0; at < 16; at += lanes_at_once)
-    seen |= factors(receivers, at, lanes >> at, shooter, offset, aim, turn, out) << at;
+    seen |= factors(receivers, at, lanes >> at, outline, offset, aim, turn, out) << at;
   return seen;
 }
 
