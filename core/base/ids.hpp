@@ -21,6 +21,7 @@ using CellId = Id<struct CellTag>;          ///< linear index into a CellGrid
 using WorkerId = Id<struct WorkerTag>;      ///< a worker of the second pass
 using NodeId = Id<struct NodeTag>;          ///< a daemon process hosting machines
 using SceneVersion = Id<struct VersionTag, std::uint64_t>;  ///< number the controller gives a scene change
+using JobId = Id<struct JobTag, std::uint64_t>;             ///< what a user submitted to a lab, for good
 using Epoch = Id<struct EpochTag>;          ///< generation of a run; messages of older ones are dropped
 
 /// One distribution of unshot radiosity: who shot, and the how-manieth shot of that cell it was.

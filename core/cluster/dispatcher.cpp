@@ -1,0 +1,258 @@
+#include "core/cluster/dispatcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/check.hpp"
+
+namespace lichthof {
+
+namespace {
+
+std::string seconds(Duration duration) { return std::to_string(duration.ns / 1'000'000'000) + " s"; }
+
+Error unknown(const std::string& what, std::uint64_t id) {
+  return {ErrorCode::bad_input, what + " " + std::to_string(id), "is not known here"};
+}
+
+}  // namespace
+
+// ---- Nodes ------------------------------------------------------------------------------------------------------------
+
+void Dispatcher::node_joined(NodeId node, const NodeFacts& facts, Instant now) {
+  // Its old link broke before we heard of it.
+  if (nodes_.contains(node)) lose(node, "joined anew", true, now);
+  LabNode& joined = nodes_[node];
+  joined.facts = facts;
+  if (!std::isfinite(facts.rays_per_s) || facts.rays_per_s < 0) joined.facts.rays_per_s = 0;
+  joined.heard = now;
+  is_changed_ = true;
+}
+
+void Dispatcher::node_reported(NodeId node, std::uint64_t free_memory_bytes, Instant now) {
+  const auto found = nodes_.find(node);
+  if (found == nodes_.end()) return;
+  found->second.heard = now;
+  // What neither is free nor was booked and taken by our runs belongs to others. It is reckoned now and kept: a run that
+  // is released later frees its share at once.
+  std::uint64_t ours = 0;
+  for (const auto& [id, job] : jobs_)
+    if (job.run)
+      if (const auto share = job.run->shares.find(node); share != job.run->shares.end() && share->second.hosted)
+        ours += share->second.bytes;
+  const std::uint64_t memory = found->second.facts.memory_bytes;
+  const std::uint64_t used = memory - std::min(memory, free_memory_bytes);
+  const std::uint64_t foreign = used - std::min(used, ours);
+  is_changed_ = is_changed_ || foreign != found->second.foreign_bytes;
+  found->second.foreign_bytes = foreign;
+}
+
+void Dispatcher::node_left(NodeId node, const std::string& reason, Instant now) {
+  if (nodes_.contains(node)) lose(node, reason, true, now);
+}
+
+Status Dispatcher::drain(NodeId node, bool is_draining, Instant) {
+  const auto found = nodes_.find(node);
+  if (found == nodes_.end()) return unknown("node", node.value);
+  if (found->second.draining == is_draining) return Done{};
+  found->second.draining = is_draining;
+  found->second.drained = false;
+  is_changed_ = true;
+  return Done{};
+}
+
+Status Dispatcher::kick(NodeId node, Instant now) {
+  if (!nodes_.contains(node)) return unknown("node", node.value);
+  due_.orders.push_back(DropNode{node, "kicked"});
+  lose(node, "kicked", false, now);
+  return Done{};
+}
+
+void Dispatcher::lose(NodeId node, const std::string& reason, bool counts, Instant) {
+  for (auto& [id, job] : jobs_) {
+    job.unsuited.erase(node);
+    if (job.run && job.run->shares.contains(node)) lose_share(id, job, node, reason, counts);
+  }
+  nodes_.erase(node);
+  is_changed_ = true;
+}
+
+void Dispatcher::lose_share(JobId id, LabJob& job, NodeId node, const std::string& reason, bool counts) {
+  const std::string name = nodes_.at(node).facts.name;
+  if (counts) {
+    job.lost_nodes.push_back(name);
+    due_.records.push_back(journal::NodeLost{id, name});
+    if (job.lost_nodes.size() >= options_.most_node_kills) {
+      std::string names;
+      for (const std::string& lost : job.lost_nodes) names += " " + lost;
+      return end(id, job, JobState::failed,
+                 "lost " + std::to_string(job.lost_nodes.size()) + " nodes while running:" + names);
+    }
+  }
+  job.run->shares.erase(node);
+  if (job.run->pass == Pass::radiosity || job.run->shares.empty())
+    requeue(id, job, "lost node " + name + " (" + reason + ")");
+}
+
+void Dispatcher::expire_leases(Instant now) {
+  // Who was not stepped when it asked to be has heard nobody: the silence was its own.
+  const bool was_asleep = promised_at_ && now > *promised_at_ + options_.lease;
+  std::vector<NodeId> silent;
+  for (auto& [id, node] : nodes_) {
+    if (was_asleep) node.heard = now;
+    if (now >= node.heard + options_.lease) silent.push_back(id);
+  }
+  const std::string reason = "silent for " + seconds(options_.lease);
+  for (const NodeId node : silent) {
+    due_.orders.push_back(DropNode{node, reason});
+    lose(node, reason, true, now);
+  }
+}
+
+// ---- Jobs -------------------------------------------------------------------------------------------------------------
+
+Expected<JobId> Dispatcher::submit(const JobWish& wish, Instant) {
+  if (const Status can_be = plausible(wish); !can_be) return can_be.error();
+  const JobId id{++last_job_};
+  LabJob& job = jobs_[id];
+  job.wish = wish;
+  job.pass = wish.radiosity ? Pass::radiosity : Pass::picture;
+  due_.records.push_back(journal::Submitted{id, wish});
+  is_changed_ = true;
+  return id;
+}
+
+Status Dispatcher::cancel(JobId id, Instant) {
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return unknown("job", id.value);
+  if (has_ended(found->second.state))
+    return Error{ErrorCode::bad_input, "job " + std::to_string(id.value), "has ended already"};
+  end(id, found->second, JobState::cancelled, "cancelled");
+  return Done{};
+}
+
+Status Dispatcher::retry(JobId id, Instant) {
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return unknown("job", id.value);
+  LabJob& job = found->second;
+  if (job.state != JobState::failed && job.state != JobState::cancelled)
+    return Error{ErrorCode::bad_input, "job " + std::to_string(id.value), "has neither failed nor been cancelled"};
+  job.state = JobState::queued;
+  job.reason.clear();
+  job.lost_nodes.clear();
+  job.unsuited.clear();
+  job.hopeless_since.reset();
+  due_.records.push_back(journal::Retried{id});
+  is_changed_ = true;
+  return Done{};
+}
+
+/// What a run has left behind is released; the job has none any more.
+void Dispatcher::release(JobId id, LabJob& job) {
+  if (job.run) due_.orders.push_back(ReleaseRun{id, job.run->epoch, std::nullopt});
+  job.run.reset();
+  is_changed_ = true;
+}
+
+void Dispatcher::requeue(JobId id, LabJob& job, const std::string& reason) {
+  release(id, job);
+  job.state = JobState::queued;
+  job.reason = reason;
+}
+
+void Dispatcher::end(JobId id, LabJob& job, JobState state, const std::string& reason) {
+  MUST(!has_ended(job.state));
+  release(id, job);
+  job.state = state;
+  job.reason = reason;
+  due_.records.push_back(journal::Ended{id, state, reason});
+  due_.orders.push_back(JobEnded{id, state, reason});
+}
+
+// ---- Runs -------------------------------------------------------------------------------------------------------------
+
+/// The job, if this is its present epoch.
+LabJob* Dispatcher::job_at(JobId job, Epoch epoch) {
+  const auto found = jobs_.find(job);
+  const bool is_present = found != jobs_.end() && found->second.run && found->second.run->epoch == epoch;
+  return is_present ? &found->second : nullptr;
+}
+
+void Dispatcher::hosted(NodeId node, JobId id, Epoch epoch, Instant now) {
+  if (const auto found = nodes_.find(node); found != nodes_.end()) found->second.heard = now;
+  LabJob* job = job_at(id, epoch);
+  if (!job) return;
+  const auto share = job->run->shares.find(node);
+  if (share == job->run->shares.end()) return;
+  share->second.hosted = true;
+  share->second.awaited = false;
+  is_changed_ = true;
+}
+
+void Dispatcher::host_failed(NodeId node, JobId id, Epoch epoch, const std::string& reason, Instant now) {
+  if (const auto found = nodes_.find(node); found != nodes_.end()) found->second.heard = now;
+  LabJob* job = job_at(id, epoch);
+  if (!job || !job->run->shares.contains(node)) return;
+  job->unsuited[node] = reason;
+  job->run->shares.erase(node);
+  is_changed_ = true;
+  if (job->run->pass == Pass::radiosity || job->run->shares.empty())
+    requeue(id, *job, nodes_.at(node).facts.name + " could not host it: " + reason);
+}
+
+void Dispatcher::checkpoint_kept(JobId id, Epoch epoch, Instant now) {
+  LabJob* job = job_at(id, epoch);
+  if (!job || !job->run->begun || job->run->pass != Pass::radiosity) return;
+  if (!job->has_checkpoint) due_.records.push_back(journal::CheckpointKept{id});
+  job->has_checkpoint = true;
+  job->run->checkpoint_at = now + options_.checkpoint_every;
+  job->run->may_move = true;
+  is_changed_ = true;
+}
+
+void Dispatcher::checkpoint_failed(JobId id, Epoch epoch, Instant now) {
+  LabJob* job = job_at(id, epoch);
+  if (!job || !job->run->begun || job->run->pass != Pass::radiosity || job->run->checkpoint_at) return;
+  job->run->checkpoint_at = now + options_.checkpoint_every;
+  is_changed_ = true;
+}
+
+void Dispatcher::pass_finished(JobId id, Epoch epoch, Instant) {
+  LabJob* job = job_at(id, epoch);
+  if (!job || !job->run->begun) return;
+  const Pass pass = job->run->pass;
+  due_.records.push_back(journal::PassFinished{id, pass});
+  if (pass == Pass::picture || !job->wish.picture) return end(id, *job, JobState::done, {});
+  requeue(id, *job, "waits for its picture");
+  job->pass = Pass::picture;
+}
+
+void Dispatcher::pass_failed(JobId id, Epoch epoch, const std::string& reason, Instant) {
+  if (LabJob* job = job_at(id, epoch)) end(id, *job, JobState::failed, reason);
+}
+
+// ---- Leading ----------------------------------------------------------------------------------------------------------
+
+bool Dispatcher::has_work(Instant now) const {
+  return is_changed_ || !due_.orders.empty() || !due_.records.empty() || (promised_at_ && now >= *promised_at_);
+}
+
+Dispatched Dispatcher::step(Instant now) {
+  expire_leases(now);
+  plan(now);
+  is_changed_ = false;
+  promised_at_ = next_wake();
+  due_.wake_at = promised_at_;
+  return std::exchange(due_, {});
+}
+
+std::uint64_t Dispatcher::booked_bytes(NodeId node) const {
+  std::uint64_t sum = 0;
+  for (const auto& [id, job] : jobs_)
+    if (job.run)
+      if (const auto share = job.run->shares.find(node); share != job.run->shares.end()) sum += share->second.bytes;
+  return sum;
+}
+
+}  // namespace lichthof

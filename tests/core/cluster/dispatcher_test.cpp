@@ -1,0 +1,507 @@
+#include "core/cluster/dispatcher.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+using namespace lichthof;
+
+namespace {
+
+constexpr std::uint64_t megabyte = 1'000'000;
+constexpr Instant at(double seconds) { return {static_cast<std::int64_t>(seconds * 1e9)}; }
+
+NodeFacts facts(const std::string& name, std::uint64_t memory_bytes = 100 * megabyte, double rays_per_s = 1e6) {
+  return {name, 4, memory_bytes, rays_per_s};
+}
+
+/// Two cells of 10 MB each.
+JobWish wish(bool radiosity = true, bool picture = false) {
+  JobWish wish;
+  wish.title = "a room";
+  wish.radiosity = radiosity;
+  wish.picture = picture;
+  wish.grid = {2, 1, 1};
+  wish.patches = {1000, 1000};
+  wish.bytes_per_patch = 10'000;
+  return wish;
+}
+
+template <class T>
+std::vector<T> given(const Dispatched& dispatched) {
+  std::vector<T> found;
+  for (const Order& order : dispatched.orders)
+    if (const auto* one = std::get_if<T>(&order)) found.push_back(*one);
+  return found;
+}
+
+/// A lab that keeps its journal and remembers what was hosted last.
+struct Lab {
+  Dispatcher dispatcher;
+  std::vector<JournalEntry> journal;
+  Dispatched last;
+  Instant now;
+
+  explicit Lab(const DispatcherOptions& options = {}) : dispatcher(options) {}
+  const Dispatched& step(double seconds) {
+    now = at(seconds);
+    for (const auto& [id, node] : std::map(dispatcher.nodes())) dispatcher.node_reported(id, memory_left(id), now);
+    return step();
+  }
+  const Dispatched& step() {
+    last = dispatcher.step(now);
+    journal.insert(journal.end(), last.records.begin(), last.records.end());
+    return last;
+  }
+  std::uint64_t memory_left(NodeId id) const {
+    return dispatcher.nodes().at(id).facts.memory_bytes - dispatcher.booked_bytes(id);
+  }
+  void join(std::uint32_t id, const NodeFacts& node) { dispatcher.node_joined(NodeId{id}, node, now); }
+  /// Every node that the present epoch of a job awaits says that it hosts its share.
+  const Dispatched& host_all(JobId job) {
+    const LabRun run = *dispatcher.jobs().at(job).run;
+    for (const auto& [node, share] : run.shares) dispatcher.hosted(node, job, run.epoch, now);
+    return step();
+  }
+  const LabJob& job(JobId id) const { return dispatcher.jobs().at(id); }
+  void restart() {
+    auto restored = Dispatcher::restored(dispatcher.options(), journal);
+    REQUIRE(restored);
+    dispatcher = *std::move(restored);
+  }
+};
+
+/// A lab of two nodes in which one job runs.
+struct RunningLab : Lab {
+  JobId id;
+  explicit RunningLab(const JobWish& what = wish(), const DispatcherOptions& options = {}) : Lab(options) {
+    join(1, facts("a"));
+    join(2, facts("b"));
+    id = *dispatcher.submit(what, now);
+    step();
+    host_all(id);
+    REQUIRE(job(id).run->begun);
+  }
+  Epoch epoch() const { return job(id).epoch; }
+};
+
+}  // namespace
+
+TEST_SUITE("dispatcher") {
+  TEST_CASE("dispatcher: a job is hosted under a fresh epoch, begins when all have said so, and ends once") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(true, true), lab.now);
+    CHECK(lab.dispatcher.has_work(lab.now));
+    lab.step();
+    auto hosts = given<HostRun>(lab.last);
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].epoch == Epoch{1});
+    CHECK(!hosts[0].from_checkpoint);
+    REQUIRE(hosts[0].cells.size() == 2);
+    CHECK(!lab.dispatcher.has_work(lab.now));
+    lab.dispatcher.hosted(NodeId{1}, id, Epoch{1}, lab.now);
+    lab.dispatcher.hosted(NodeId{1}, id, Epoch{1}, lab.now);
+    CHECK(given<BeginPass>(lab.step()).empty());
+    lab.dispatcher.pass_finished(id, Epoch{1}, lab.now);  // it has not begun
+    lab.dispatcher.hosted(NodeId{2}, id, Epoch{1}, lab.now);
+    CHECK(given<BeginPass>(lab.step()).size() == 1);
+
+    lab.dispatcher.pass_finished(id, Epoch{1}, lab.now);
+    lab.step();
+    CHECK(given<ReleaseRun>(lab.last).size() == 1);
+    hosts = given<HostRun>(lab.last);
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].pass == Pass::picture);
+    CHECK(hosts[0].epoch == Epoch{2});
+    CHECK(hosts[0].workers.size() == 2);
+    CHECK(hosts[0].workers[0].second == 4);
+    CHECK(lab.host_all(id).orders.size() == 1);
+    lab.dispatcher.pass_finished(id, Epoch{1}, lab.now);  // of the pass before
+    CHECK(lab.step().orders.empty());
+    lab.dispatcher.pass_finished(id, Epoch{2}, lab.now);
+    lab.dispatcher.pass_finished(id, Epoch{2}, lab.now);
+    lab.step();
+    REQUIRE(given<JobEnded>(lab.last).size() == 1);
+    CHECK(given<JobEnded>(lab.last)[0].state == JobState::done);
+    CHECK(lab.dispatcher.booked_bytes(NodeId{1}) == 0);
+  }
+
+  TEST_CASE("dispatcher: jobs run by priority, then by submission, as many side by side as allowed") {
+    DispatcherOptions options;
+    options.most_running_jobs = 2;
+    Lab lab(options);
+    const JobId first = *lab.dispatcher.submit(wish(), lab.now);
+    const JobId second = *lab.dispatcher.submit(wish(), lab.now);
+    JobWish urgent = wish();
+    urgent.priority = 5;
+    const JobId third = *lab.dispatcher.submit(urgent, lab.now);
+    CHECK(lab.step().orders.empty());
+    CHECK(lab.job(first).reason == "waits for a node: none is there");
+    lab.join(1, facts("a"));
+    lab.step();
+    CHECK(lab.job(third).state == JobState::running);
+    CHECK(lab.job(first).state == JobState::running);
+    CHECK(lab.job(second).reason == "waits, 2 jobs are running");
+    REQUIRE(lab.dispatcher.cancel(third, lab.now));
+    lab.step();
+    CHECK(lab.job(second).state == JobState::running);
+  }
+
+  TEST_CASE("dispatcher: memory is booked, and who waits for that of others is not overtaken") {
+    Lab lab;
+    lab.join(1, facts("a", 30 * megabyte));
+    const JobId first = *lab.dispatcher.submit(wish(), lab.now);   // 20 MB
+    const JobId second = *lab.dispatcher.submit(wish(), lab.now);  // 20 MB
+    JobWish tiny = wish();
+    tiny.bytes_per_patch = 1000;
+    const JobId third = *lab.dispatcher.submit(tiny, lab.now);  // 2 MB: it would fit
+    lab.step();
+    CHECK(lab.dispatcher.booked_bytes(NodeId{1}) == 20 * megabyte);
+    CHECK(lab.job(second).reason.starts_with("waits for memory that other jobs hold: 2 cells need 20 MB"));
+    CHECK(lab.job(third).reason == "waits behind job 2");
+    REQUIRE(lab.dispatcher.cancel(first, lab.now));
+    lab.step();
+    CHECK(lab.job(second).state == JobState::running);
+    CHECK(lab.job(third).state == JobState::running);
+  }
+
+  TEST_CASE("dispatcher: what the whole lab could not hold lets others pass, and fails when patience ends") {
+    Lab lab;
+    lab.join(1, facts("a", 15 * megabyte));
+    const JobId big = *lab.dispatcher.submit(wish(), lab.now);
+    JobWish tiny = wish();
+    tiny.bytes_per_patch = 1000;
+    const JobId small = *lab.dispatcher.submit(tiny, lab.now);
+    lab.step();
+    CHECK(lab.job(small).state == JobState::running);
+    CHECK(lab.job(big).reason.starts_with("waits for more nodes, the lab can not hold it"));
+    for (double t = 5; t < 60; t += 5) lab.step(t);
+    CHECK(lab.job(big).state == JobState::queued);
+    lab.step(60);
+    CHECK(lab.job(big).state == JobState::failed);
+    CHECK(lab.job(big).reason.starts_with("the lab can not hold it: 2 cells need 20 MB"));
+    lab.join(2, facts("b", 15 * megabyte));
+    REQUIRE(lab.dispatcher.retry(big, lab.now));
+    lab.step();
+    CHECK(lab.job(big).state == JobState::running);
+  }
+
+  TEST_CASE("dispatcher: memory that other programs use is not counted on") {
+    Lab lab;
+    lab.join(1, facts("a", 30 * megabyte));
+    lab.dispatcher.node_reported(NodeId{1}, 12 * megabyte, lab.now);
+    const JobId id = *lab.dispatcher.submit(wish(), lab.now);
+    lab.step();
+    CHECK(lab.job(id).reason.starts_with("waits for draining nodes, or for memory other programs use"));
+    lab.dispatcher.node_reported(NodeId{1}, 25 * megabyte, lab.now);
+    lab.step();
+    CHECK(lab.job(id).state == JobState::running);
+  }
+
+  TEST_CASE("dispatcher: radiosity that loses a node goes on from its checkpoint under a new epoch") {
+    RunningLab lab;
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.step();
+    lab.dispatcher.node_left(NodeId{1}, "connection lost", lab.now);
+    lab.step();
+    REQUIRE(lab.last.orders.size() == 2);
+    CHECK(std::get<ReleaseRun>(lab.last.orders[0]).epoch == Epoch{1});
+    const auto& host = std::get<HostRun>(lab.last.orders[1]);
+    CHECK(host.epoch == Epoch{2});
+    CHECK(host.from_checkpoint);
+    REQUIRE(host.cells.size() == 1);
+    CHECK(host.cells[0] == std::pair{NodeId{2}, std::vector{CellId{0}, CellId{1}}});
+    // Late messages of the old epoch change nothing.
+    lab.dispatcher.hosted(NodeId{2}, lab.id, Epoch{1}, lab.now);
+    lab.dispatcher.pass_finished(lab.id, Epoch{1}, lab.now);
+    lab.dispatcher.pass_failed(lab.id, Epoch{1}, "late", lab.now);
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.dispatcher.host_failed(NodeId{2}, lab.id, Epoch{1}, "late", lab.now);
+    CHECK(lab.step().orders.empty());
+    // Without any node it waits.
+    lab.dispatcher.node_left(NodeId{2}, "connection lost", lab.now);
+    CHECK(given<HostRun>(lab.step()).empty());
+    CHECK(lab.job(lab.id).state == JobState::queued);
+    lab.join(3, facts("c"));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a node silent for a lease is dropped; one that reports is not") {
+    RunningLab lab;
+    for (double t = 1; t <= 9; ++t) {
+      lab.now = at(t);
+      lab.dispatcher.node_reported(NodeId{1}, 50 * megabyte, lab.now);
+      lab.step();
+      CHECK(given<DropNode>(lab.last).empty());
+      REQUIRE(lab.last.wake_at);
+    }
+    lab.now = at(10);
+    CHECK(lab.dispatcher.has_work(lab.now));
+    lab.step();
+    REQUIRE(given<DropNode>(lab.last).size() == 1);
+    CHECK(given<DropNode>(lab.last)[0].node == NodeId{2});
+    CHECK(given<DropNode>(lab.last)[0].reason == "silent for 10 s");
+    CHECK(given<HostRun>(lab.last).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a dispatcher that slept itself does not take silence for death") {
+    RunningLab lab;
+    lab.now = at(100);
+    CHECK(given<DropNode>(lab.step()).empty());
+    lab.now = at(110);
+    CHECK(given<DropNode>(lab.step()).size() == 2);
+  }
+
+  TEST_CASE("dispatcher: the picture goes on without a lost node, and waits when none is left") {
+    RunningLab lab(wish(false, true));
+    lab.dispatcher.node_left(NodeId{1}, "gone", lab.now);
+    CHECK(lab.step().orders.empty());
+    CHECK(lab.epoch() == Epoch{1});
+    lab.dispatcher.node_left(NodeId{2}, "gone", lab.now);
+    CHECK(given<ReleaseRun>(lab.step()).size() == 1);
+    CHECK(lab.job(lab.id).state == JobState::queued);
+    lab.join(3, facts("c"));
+    const auto hosts = given<HostRun>(lab.step());
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].epoch == Epoch{2});
+  }
+
+  TEST_CASE("dispatcher: a node lost while the picture is hosted is not waited for") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(false, true), lab.now);
+    lab.step();
+    lab.dispatcher.hosted(NodeId{1}, id, Epoch{1}, lab.now);
+    CHECK(lab.step().orders.empty());
+    lab.dispatcher.node_left(NodeId{2}, "gone", lab.now);
+    CHECK(given<BeginPass>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a node that joins during the picture gets workers of the same epoch") {
+    RunningLab lab(wish(false, true));
+    lab.join(3, facts("c"));
+    const auto hosts = given<HostRun>(lab.step());
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].epoch == Epoch{1});
+    REQUIRE(hosts[0].workers.size() == 1);
+    CHECK(hosts[0].workers[0].first == NodeId{3});
+    CHECK(lab.step().orders.empty());
+    lab.dispatcher.hosted(NodeId{3}, lab.id, Epoch{1}, lab.now);
+    CHECK(lab.step().orders.empty());
+  }
+
+  TEST_CASE("dispatcher: cells move onto an idle node right after a checkpoint, where that shortens the rest") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    const JobId id = *lab.dispatcher.submit(wish(), lab.now);
+    lab.step();
+    lab.host_all(id);
+    lab.join(2, facts("b"));
+    CHECK(lab.step().orders.empty());
+    lab.dispatcher.checkpoint_kept(id, Epoch{1}, lab.now);
+    lab.step();
+    const auto hosts = given<HostRun>(lab.last);
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].epoch == Epoch{2});
+    CHECK(hosts[0].from_checkpoint);
+    CHECK(hosts[0].cells.size() == 2);
+    // Both cells have a node of their own now: a third node is no reason to move.
+    lab.host_all(id);
+    lab.join(3, facts("c", 100 * megabyte, 9e6));
+    lab.dispatcher.checkpoint_kept(id, Epoch{2}, lab.now);
+    CHECK(lab.step().orders.empty());
+  }
+
+  TEST_CASE("dispatcher: checkpoints are asked for in their turn, one at a time") {
+    RunningLab lab;
+    CHECK(lab.step(4.9).orders.empty());
+    CHECK(given<TakeCheckpoint>(lab.step(5)).size() == 1);
+    CHECK(given<TakeCheckpoint>(lab.step(11)).empty());
+    lab.dispatcher.checkpoint_failed(lab.id, Epoch{1}, lab.now);
+    CHECK(given<TakeCheckpoint>(lab.step(15.9)).empty());
+    CHECK(given<TakeCheckpoint>(lab.step(16)).size() == 1);
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    CHECK(given<TakeCheckpoint>(lab.step(20)).empty());
+    CHECK(given<TakeCheckpoint>(lab.step(21)).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a draining node gives its cells away at the next checkpoint, then says it is empty") {
+    RunningLab lab;
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, true, lab.now));
+    CHECK(lab.step().orders.empty());
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.step();
+    REQUIRE(lab.last.orders.size() == 3);
+    CHECK(std::get<HostRun>(lab.last.orders[1]).cells.size() == 1);
+    CHECK(std::get<NodeDrained>(lab.last.orders[2]).node == NodeId{1});
+    CHECK(lab.step().orders.empty());
+    // No new work comes, until it is taken back.
+    const JobId next = *lab.dispatcher.submit(wish(false, true), lab.now);
+    lab.step();
+    CHECK(!lab.job(next).run->shares.contains(NodeId{1}));
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, false, lab.now));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+    CHECK(lab.job(next).run->shares.contains(NodeId{1}));
+    CHECK(!lab.dispatcher.drain(NodeId{9}, true, lab.now));
+  }
+
+  TEST_CASE("dispatcher: ray workers leave a draining node alone, once others are at work") {
+    RunningLab lab(wish(false, true));
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, true, lab.now));
+    lab.step();
+    REQUIRE(lab.last.orders.size() == 2);
+    CHECK(std::get<ReleaseRun>(lab.last.orders[0]).node == NodeId{1});
+    CHECK(std::get<NodeDrained>(lab.last.orders[1]).node == NodeId{1});
+    REQUIRE(lab.dispatcher.drain(NodeId{2}, true, lab.now));
+    CHECK(lab.step().orders.empty());  // the last one stays
+  }
+
+  TEST_CASE("dispatcher: a job that loses three nodes fails and names them; kicked ones do not count") {
+    RunningLab lab;
+    REQUIRE(lab.dispatcher.kick(NodeId{2}, lab.now));
+    lab.step();
+    REQUIRE(given<DropNode>(lab.last).size() == 1);
+    lab.dispatcher.node_left(NodeId{1}, "gone", lab.now);
+    lab.join(2, facts("b"));
+    lab.step();
+    lab.join(2, facts("b"));  // its link broke unnoticed
+    lab.step();
+    CHECK(lab.job(lab.id).state == JobState::running);
+    lab.join(3, facts("c"));
+    lab.dispatcher.node_left(NodeId{3}, "gone", lab.now);  // hosted nothing
+    lab.dispatcher.node_left(NodeId{2}, "gone", lab.now);
+    lab.step();
+    REQUIRE(given<JobEnded>(lab.last).size() == 1);
+    CHECK(lab.job(lab.id).reason == "lost 3 nodes while running: a b b");
+    REQUIRE(lab.dispatcher.retry(lab.id, lab.now));
+    lab.join(4, facts("d"));
+    lab.step();
+    CHECK(lab.job(lab.id).state == JobState::running);
+    CHECK(lab.epoch() == Epoch{5});
+  }
+
+  TEST_CASE("dispatcher: a node that could not host its share is not asked again, and all is placed anew") {
+    RunningLab lab;
+    lab.dispatcher.host_failed(NodeId{1}, lab.id, Epoch{1}, "out of memory", lab.now);
+    auto hosts = given<HostRun>(lab.step());
+    REQUIRE(hosts.size() == 1);
+    REQUIRE(hosts[0].cells.size() == 1);
+    CHECK(hosts[0].cells[0].first == NodeId{2});
+    lab.dispatcher.host_failed(NodeId{2}, lab.id, Epoch{2}, "disk full", lab.now);
+    CHECK(given<HostRun>(lab.step()).empty());
+    CHECK(lab.job(lab.id).reason.ends_with("a: out of memory; b: disk full"));
+    lab.join(1, facts("a"));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: cancelled it is released everywhere; what has ended is not cancelled, nor retried when done") {
+    RunningLab lab;
+    REQUIRE(lab.dispatcher.cancel(lab.id, lab.now));
+    lab.step();
+    REQUIRE(lab.last.orders.size() == 2);
+    CHECK(!std::get<ReleaseRun>(lab.last.orders[0]).node);
+    CHECK(std::get<JobEnded>(lab.last.orders[1]).state == JobState::cancelled);
+    CHECK(!lab.dispatcher.cancel(lab.id, lab.now));
+    REQUIRE(lab.dispatcher.retry(lab.id, lab.now));
+    CHECK(!lab.dispatcher.retry(lab.id, lab.now));
+    lab.step();
+    lab.host_all(lab.id);
+    lab.dispatcher.pass_finished(lab.id, Epoch{2}, lab.now);
+    lab.step();
+    CHECK(!lab.dispatcher.retry(lab.id, lab.now));
+    CHECK(!lab.dispatcher.cancel(JobId{77}, lab.now));
+  }
+
+  TEST_CASE("dispatcher: a failed pass fails its job with the reason") {
+    RunningLab lab;
+    lab.dispatcher.pass_failed(lab.id, Epoch{1}, "scene file has gone", lab.now);
+    const auto ended = given<JobEnded>(lab.step());
+    REQUIRE(ended.size() == 1);
+    CHECK(ended[0].state == JobState::failed);
+    CHECK(ended[0].reason == "scene file has gone");
+  }
+
+  TEST_CASE("dispatcher: wishes that can not be are refused") {
+    Lab lab;
+    JobWish nothing = wish(false, false), flat = wish(), odd = wish(), huge = wish();
+    flat.grid = {2, 0, 1};
+    flat.patches = {};
+    odd.patches = {1};
+    huge.bytes_per_patch = ~std::uint64_t{0};
+    for (const JobWish& bad : {nothing, flat, odd, huge}) {
+      const auto id = lab.dispatcher.submit(bad, lab.now);
+      REQUIRE(!id);
+      CHECK(id.error().code == ErrorCode::bad_input);
+    }
+    CHECK(lab.dispatcher.jobs().empty());
+  }
+
+  TEST_CASE(
+      "dispatcher: after a restart jobs go on from their checkpoints, epochs go on growing, what ended stays so") {
+    RunningLab lab;
+    const JobId cancelled = *lab.dispatcher.submit(wish(), lab.now);
+    const JobId waiting = *lab.dispatcher.submit(wish(false, true), lab.now);
+    REQUIRE(lab.dispatcher.cancel(cancelled, lab.now));
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.step();
+    lab.restart();
+    CHECK(lab.dispatcher.nodes().empty());
+    CHECK(lab.job(lab.id).state == JobState::queued);
+    CHECK(lab.job(cancelled).state == JobState::cancelled);
+    lab.join(5, facts("e"));
+    lab.step();
+    const auto hosts = given<HostRun>(lab.last);
+    REQUIRE(hosts.size() == 2);
+    CHECK(hosts[0].epoch == Epoch{2});
+    CHECK(hosts[0].from_checkpoint);
+    CHECK(hosts[1].job == waiting);
+    CHECK(lab.dispatcher.submit(wish(), lab.now)->value == waiting.value + 1);
+  }
+
+  TEST_CASE("dispatcher: the summary of a journal restores the same jobs") {
+    RunningLab lab(wish(true, true));
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.dispatcher.node_left(NodeId{2}, "gone", lab.now);
+    lab.step();
+    lab.host_all(lab.id);
+    lab.dispatcher.pass_finished(lab.id, Epoch{2}, lab.now);
+    const JobId failed = *lab.dispatcher.submit(wish(), lab.now);
+    lab.step();
+    lab.dispatcher.pass_failed(failed, Epoch{1}, "no", lab.now);
+    lab.step();
+    const auto whole = Dispatcher::restored({}, lab.journal);
+    const auto brief = Dispatcher::restored({}, lab.dispatcher.summary());
+    REQUIRE(whole);
+    REQUIRE(brief);
+    REQUIRE(whole->jobs().size() == 2);
+    for (const auto& [id, job] : whole->jobs()) {
+      const LabJob& other = brief->jobs().at(id);
+      CHECK(job.wish == other.wish);
+      CHECK(job.state == other.state);
+      CHECK(job.pass == other.pass);
+      CHECK(job.epoch == other.epoch);
+      CHECK(job.has_checkpoint == other.has_checkpoint);
+      CHECK(job.lost_nodes == other.lost_nodes);
+      CHECK(job.reason == other.reason);
+    }
+  }
+
+  TEST_CASE("dispatcher: a journal that no dispatcher wrote is refused, with the entry") {
+    const std::vector<std::vector<JournalEntry>> journals = {
+        {journal::EpochBegun{JobId{1}, Epoch{1}}},
+        {journal::Submitted{JobId{1}, wish()}, journal::Submitted{JobId{1}, wish()}},
+        {journal::Submitted{JobId{1}, wish()}, journal::EpochBegun{JobId{1}, Epoch{0}}},
+        {journal::Submitted{JobId{1}, wish()}, journal::Retried{JobId{1}}},
+        {journal::Submitted{JobId{1}, wish()}, journal::Ended{JobId{1}, JobState::running, {}}},
+        {journal::Submitted{JobId{1}, wish(false, false)}},
+    };
+    for (const auto& entries : journals) {
+      const auto restored = Dispatcher::restored({}, entries);
+      REQUIRE(!restored);
+      CHECK(restored.error().where == "journal entry " + std::to_string(entries.size()));
+    }
+  }
+}
