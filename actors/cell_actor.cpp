@@ -74,6 +74,7 @@ CellActor::behavior_type cell_actor(CellSelf* self, std::shared_ptr<Cell> cell, 
       [=](HemicubeMessage& message) {
         const Address from = message.from;
         accept(self, from, id, std::move(message));
+        if (self->state.context.after_step) self->state.context.after_step(*self->state.machine);
       },
       [=](const Introduction& introduction) {
         introduce(self, introduction);
@@ -84,10 +85,17 @@ CellActor::behavior_type cell_actor(CellSelf* self, std::shared_ptr<Cell> cell, 
       [=](const StopRadiosity& message) { order(message); },
       [=](const GeometryChange& message) { order(message); },
       [=](iterate_atom) {
+        const RunContext& context = self->state.context;
+        if (context.hold) self->state.machine->hold(*context.hold);
         iterate(self, CellRoute{self});
         post_figures(self);
+        if (context.after_step) context.after_step(*self->state.machine);
       },
-      [=](wake_atom) { wake(self); },
+      [=](wake_atom) {
+        if (self->state.context.hold) self->state.machine->hold(*self->state.context.hold);
+        wake(self);
+      },
+      [=](const Look& look) { look.at(*self->state.machine); },
   };
 }
 

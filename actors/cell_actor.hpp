@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -17,6 +19,8 @@ struct RunContext {
   Clock clock;
   std::shared_ptr<Board> board;
   std::shared_ptr<Meters> meters;  ///< may be empty
+  std::shared_ptr<const std::atomic<bool>> hold;  ///< see Cell::hold; may be empty
+  std::function<void(const Cell&)> after_step;    ///< and after light has arrived; on the cell's own thread
 };
 
 struct CellState : Driven<Cell> {

@@ -1,128 +1,57 @@
 #include "actors/codec.hpp"
 
-#include <bit>
 #include <string>
-#include <type_traits>
 
-#include "core/base/check.hpp"
+#include "actors/wire_codec.hpp"
 
 namespace lichthof::actors {
 
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 // No message of a sound peer comes near these.
 constexpr std::uint32_t max_corners = 1u << 12, max_patches = 1u << 8, max_places = 1u << 12,
                         max_bitmap_bytes = 1u << 20;
 constexpr std::uint32_t max_pixels = max_message_bytes / 12;
 
-/// Fewest bytes an element of a list takes: what bounds the count by the bytes that are left.
-template <class T>
-constexpr std::size_t least_bytes = sizeof(T);
+}  // namespace
+
 template <>
-constexpr std::size_t least_bytes<ShotPatch> = 70;
-
-class Writer {
- public:
-  static constexpr bool reads = false;
-  explicit Writer(Bytes& bytes) : bytes_(bytes) {}
-  template <class... T>
-  void operator()(const T&... values) {
-    (value(values), ...);
-  }
-  template <class T>
-  void list(const std::vector<T>& values, std::uint32_t most) {
-    MUST(values.size() <= most);
-    value(static_cast<std::uint32_t>(values.size()));
-    if constexpr (std::is_same_v<T, std::uint8_t>)
-      bytes_.insert(bytes_.end(), values.begin(), values.end());
-    else
-      for (const T& one : values) value(one);
-  }
-
- private:
-  template <class T>
-  void value(const T& v);
-  Bytes& bytes_;
-};
-
-class Reader {
- public:
-  static constexpr bool reads = true;
-  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  template <class... T>
-  void operator()(T&... values) {
-    (value(values), ...);
-  }
-  template <class T>
-  void list(std::vector<T>& values, std::uint32_t most) {
-    std::uint32_t count = 0;
-    value(count);
-    if (count > most || count > bytes_.size() / least_bytes<T>) return refuse();
-    if constexpr (std::is_same_v<T, std::uint8_t>) {
-      values.assign(bytes_.begin(), bytes_.begin() + count);
-      bytes_ = bytes_.subspan(count);
-    } else {
-      values.resize(count);
-      for (T& one : values) {
-        if (refused_) return;
-        value(one);
-      }
-    }
-  }
-  void refuse() {
-    refused_ = true;
-    bytes_ = {};
-  }
-  bool refused() const { return refused_; }
-  bool at_end() const { return bytes_.empty(); }
-
- private:
-  template <class T>
-  void value(T& v);
-  std::span<const std::uint8_t> bytes_;
-  bool refused_ = false;
-};
+inline constexpr std::size_t least_bytes<ShotPatch> = 70;
 
 // ---- The fields, once for both directions -----------------------------------------------------------------------------
 // A structure is taken apart by a structured binding: a field that is added to it and forgotten here does not compile.
 
-/// A message to be written, or one to be filled in.
-template <class Codec, class T>
-using Field = std::conditional_t<Codec::reads, T&, const T&>;
-
 template <class Codec>
-void fields(Codec& c, Field<Codec, Vec2> v) {
+static void fields(Codec& c, Field<Codec, Vec2> v) {
   c(v.x, v.y);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, Vec3> v) {
+static void fields(Codec& c, Field<Codec, Vec3> v) {
   c(v.x, v.y, v.z);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, Rgbf> v) {
+static void fields(Codec& c, Field<Codec, Rgbf> v) {
   c(v.x, v.y, v.z);
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, ShotId> id) {
+static void fields(Codec& c, Field<Codec, ShotId> id) {
   auto& [cell, sequence] = id;
   c(cell, sequence);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, Plane> plane) {
+static void fields(Codec& c, Field<Codec, Plane> plane) {
   auto& [origin, u, v, normal] = plane;
   c(origin, u, v, normal);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, ColumnJob> job) {
+static void fields(Codec& c, Field<Codec, ColumnJob> job) {
   auto& [first, last] = job;
   c(first, last);
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, ShotPatch> patch) {
+static void fields(Codec& c, Field<Codec, ShotPatch> patch) {
   auto& [corners, columns, rows, lo, hi, delta, area, reflected, emitted] = patch;
   c(columns, rows, lo, hi, reflected, emitted);
   c.list(corners, max_corners);
@@ -131,7 +60,7 @@ void fields(Codec& c, Field<Codec, ShotPatch> patch) {
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, Shot> shot) {
+static void fields(Codec& c, Field<Codec, Shot> shot) {
   auto& [id, version, plane, corners, centre, radius, area, patches] = shot;
   c(id, version, plane, centre, radius, area);
   c.list(corners, max_corners);
@@ -139,7 +68,7 @@ void fields(Codec& c, Field<Codec, Shot> shot) {
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, HemicubeMessage> message) {
+static void fields(Codec& c, Field<Codec, HemicubeMessage> message) {
   auto& [shot, from, closed, bitmap] = message;
   c(from, closed);
   c.list(bitmap, max_bitmap_bytes);
@@ -154,43 +83,43 @@ void fields(Codec& c, Field<Codec, HemicubeMessage> message) {
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, StartRadiosity> message) {
+static void fields(Codec& c, Field<Codec, StartRadiosity> message) {
   auto& [epoch, threshold] = message;
   c(epoch, threshold);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, CellReady> message) {
+static void fields(Codec& c, Field<Codec, CellReady> message) {
   auto& [cell, power] = message;
   c(cell, power);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, CellReport> report) {
+static void fields(Codec& c, Field<Codec, CellReport> report) {
   auto& [cell, epoch, wave, idle, sent, processed, shots, strongest, unshot, emitted] = report;
   c(cell, epoch, wave, idle, sent, processed, shots, strongest, unshot, emitted);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, PollCell> message) {
+static void fields(Codec& c, Field<Codec, PollCell> message) {
   auto& [epoch, wave] = message;
   c(epoch, wave);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, StopRadiosity> message) {
+static void fields(Codec& c, Field<Codec, StopRadiosity> message) {
   auto& [epoch] = message;
   c(epoch);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, SetEmission> change) {
+static void fields(Codec& c, Field<Codec, SetEmission> change) {
   auto& [material, radiance] = change;
   c(material, radiance);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, SetReflectance> change) {
+static void fields(Codec& c, Field<Codec, SetReflectance> change) {
   auto& [material, reflectance] = change;
   c(material, reflectance);
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, GeometryChange> message) {
+static void fields(Codec& c, Field<Codec, GeometryChange> message) {
   auto& [version, change] = message;
   static_assert(std::variant_size_v<decltype(GeometryChange::change)> == 2);
   auto kind = static_cast<std::uint8_t>(change.index());
@@ -204,76 +133,34 @@ void fields(Codec& c, Field<Codec, GeometryChange> message) {
 }
 
 template <class Codec>
-void fields(Codec& c, Field<Codec, JobRequest> message) {
+static void fields(Codec& c, Field<Codec, JobRequest> message) {
   auto& [worker] = message;
   c(worker);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, JobAssignment> message) {
+static void fields(Codec& c, Field<Codec, JobAssignment> message) {
   auto& [job, no_more] = message;
   c(job, no_more);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, ColumnResult> result) {
+static void fields(Codec& c, Field<Codec, ColumnResult> result) {
   auto& [worker, job, pixels, rays, seconds] = result;
   c(worker, job, rays, seconds);
   c.list(pixels, max_pixels);
 }
 template <class Codec>
-void fields(Codec& c, Field<Codec, WorkerLost> message) {
+static void fields(Codec& c, Field<Codec, WorkerLost> message) {
   auto& [worker] = message;
   c(worker);
 }
 
-// ---- Values -----------------------------------------------------------------------------------------------------------
+// ---- Messages ---------------------------------------------------------------------------------------------------------
 
-template <class T>
-void Writer::value(const T& v) {
-  if constexpr (std::is_same_v<T, bool>) {
-    bytes_.push_back(v ? 1 : 0);
-  } else if constexpr (std::is_unsigned_v<T>) {
-    for (std::size_t i = 0; i < sizeof(T); ++i) bytes_.push_back(static_cast<std::uint8_t>(v >> (8 * i)));
-  } else if constexpr (std::is_same_v<T, float>) {
-    value(std::bit_cast<std::uint32_t>(v));
-  } else if constexpr (std::is_same_v<T, double>) {
-    value(std::bit_cast<std::uint64_t>(v));
-  } else if constexpr (requires { v.value; }) {
-    value(v.value);
-  } else {
-    fields(*this, v);
-  }
-}
-
-template <class T>
-void Reader::value(T& v) {
-  if constexpr (std::is_same_v<T, bool>) {
-    std::uint8_t byte = 0;
-    value(byte);
-    if (byte > 1) return refuse();
-    v = byte == 1;
-  } else if constexpr (std::is_unsigned_v<T>) {
-    if (bytes_.size() < sizeof(T)) return refuse();
-    v = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) v = static_cast<T>(v | static_cast<T>(bytes_[i]) << (8 * i));
-    bytes_ = bytes_.subspan(sizeof(T));
-  } else if constexpr (std::is_same_v<T, float>) {
-    std::uint32_t bits = 0;
-    value(bits);
-    v = std::bit_cast<float>(bits);
-  } else if constexpr (std::is_same_v<T, double>) {
-    std::uint64_t bits = 0;
-    value(bits);
-    v = std::bit_cast<double>(bits);
-  } else if constexpr (requires { v.value; }) {
-    value(v.value);
-  } else {
-    fields(*this, v);
-  }
-}
+namespace {
 
 /// Reads a message of the kind with this number. @returns false when there is no such kind
 template <std::size_t K = 0>
-bool read_kind(std::size_t kind, Reader& reader, Message& message) {
+bool read_kind(std::size_t kind, WireReader& reader, Message& message) {
   if constexpr (K == std::variant_size_v<Message>) {
     return false;
   } else {
@@ -295,7 +182,7 @@ Bytes encode(const Message& message) {
   if (const auto* light = std::get_if<HemicubeMessage>(&message)) bytes.reserve(2048 + light->bitmap.size());
   bytes.push_back(wire_version);
   bytes.push_back(static_cast<std::uint8_t>(message.index()));
-  Writer writer(bytes);
+  WireWriter writer(bytes);
   std::visit([&](const auto& one) { writer(one); }, message);
   return bytes;
 }
@@ -305,7 +192,7 @@ Expected<Message> decode(std::span<const std::uint8_t> bytes) {
   if (bytes[0] != wire_version)
     return refused("wire form " + std::to_string(bytes[0]) + " instead of " + std::to_string(wire_version));
   Message message;
-  Reader reader(bytes.subspan(2));
+  WireReader reader(bytes.subspan(2));
   if (!read_kind(bytes[1], reader, message)) return refused("unknown kind " + std::to_string(bytes[1]));
   if (reader.refused()) return refused("a field is cut off or out of bounds");
   if (!reader.at_end()) return refused("longer than its fields");

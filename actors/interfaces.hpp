@@ -6,9 +6,11 @@
 #pragma once
 
 #include <caf/all.hpp>
+#include <functional>
 #include <memory>
 #include <vector>
 
+#include "core/cell/cell.hpp"
 #include "core/cluster/controller.hpp"
 #include "core/protocol/messages.hpp"
 
@@ -38,9 +40,14 @@ struct Introduction {
   std::shared_ptr<const std::vector<HemicubeSink>> cells;  ///< by CellId; one list for all cells of a process
 };
 
+/// Somebody in this process wants to see a cell as it is: called on the cell's own thread, between two steps.
+struct Look {
+  std::function<void(const Cell&)> at;
+};
+
 /// What the controller may do to a cell.
 using CellControl =
-    HemicubeSink::extend<caf::reacts_to<Introduction>, caf::reacts_to<StartRadiosity>, caf::reacts_to<PollCell>,
+    HemicubeSink::extend<caf::reacts_to<Introduction>, caf::reacts_to<Look>, caf::reacts_to<StartRadiosity>, caf::reacts_to<PollCell>,
                          caf::reacts_to<StopRadiosity>, caf::reacts_to<GeometryChange>>;
 /// A cell as it sees itself.
 using CellActor = CellControl::extend<caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
@@ -72,3 +79,6 @@ using WorkerActor = JobSink::extend<caf::reacts_to<iterate_atom>, caf::reacts_to
 using BalancerActor = JobSource::extend<caf::reacts_to<iterate_atom>, caf::reacts_to<wake_atom>>;
 
 }  // namespace lichthof::actors
+
+// These never leave the process.
+CAF_ALLOW_UNSAFE_MESSAGE_TYPE(lichthof::actors::Look)

@@ -250,27 +250,24 @@ Expected<Camera> Run::camera(const PictureOptions& wanted) const {
   return chosen_camera(wanted.camera, TraceScene(scene_), frame_, static_cast<double>(wanted.width) / wanted.height);
 }
 
-std::unique_ptr<const ColumnSource> Run::column_source(const PinholeCamera& camera,
-                                                       const PictureOptions& wanted) const {
-  // Each worker is a thread of its own; the source starts no further ones.
-  const auto alone = std::make_shared<const Parallel>(1);
-  if (method_ == Method::reference)
-    return std::make_unique<ReferenceTracer>(lit_scene(), camera, wanted.samples.value_or(default_reference_samples),
-                                             alone);
-  TracingOptions tracing;
-  tracing.method = method_ == Method::raytrace    ? TracingMethod::raytrace
-                   : method_ == Method::radiosity ? TracingMethod::radiosity
-                                                  : TracingMethod::two_pass;
-  tracing.samples = wanted.samples.value_or(default_samples);
-  tracing.gather_rays = wanted.gather_rays;
-  return std::make_unique<ColumnTracer>(lit_scene(), camera, tracing, alone);
+std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, const PictureOptions& wanted) const {
+  PictureWish wish;
+  wish.path_tracing = method_ == Method::reference;
+  wish.method = method_ == Method::raytrace    ? TracingMethod::raytrace
+                : method_ == Method::radiosity ? TracingMethod::radiosity
+                                               : TracingMethod::two_pass;
+  wish.camera = camera;
+  wish.width = wanted.width, wish.height = wanted.height;
+  wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : default_samples);
+  wish.gather_rays = wanted.gather_rays;
+  return picture_source(lit_scene(), wish);
 }
 
 Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted) {
   const Stopwatch watch;
   ProgressLine line(!options_.talk.quiet);
   actors::TraceRun run;
-  run.source = column_source(PinholeCamera(camera, wanted.width, wanted.height), wanted);
+  run.source = column_source(camera, wanted);
   run.workers = parallel_->threads();
   run.scheduling = wanted.scheduling;
   run.stop = &interruption_.asked();

@@ -89,7 +89,7 @@ class Run {
   Status divide();
   SolveOptions solve_options() const;
   std::shared_ptr<const LitScene> lit_scene() const;
-  std::unique_ptr<const ColumnSource> column_source(const PinholeCamera& camera, const PictureOptions& wanted) const;
+  std::unique_ptr<const ColumnSource> column_source(const Camera& camera, const PictureOptions& wanted) const;
 
   RunOptions options_;
   Method method_;

@@ -92,10 +92,11 @@ void Cell::refuse() {
 
 // ---- Working ----------------------------------------------------------------------------------------------------------
 
-bool Cell::idle() const { return !running_ || (!geometry_.has_next() && next_shooter() == NextShooter::none); }
+bool Cell::idle() const { return !running_ || (!geometry_.has_next() && next_shooter(false) == NextShooter::none); }
 
 bool Cell::has_work() const {
-  return !announced_ || !polls_.empty() || newly_refused_ > 0 || (running_ && (!idle() || !reported_idle_));
+  return !announced_ || !polls_.empty() || newly_refused_ > 0 || 
+         (running_ && (geometry_.has_next() || next_shooter(held_) != NextShooter::none || (idle() && !reported_idle_)));
 }
 
 Effects Cell::step(Instant) {
@@ -110,7 +111,7 @@ Effects Cell::step(Instant) {
     // A change first, so that no shot is taken with values that are out of date; else the stronger shooter.
     if (geometry_.has_next()) {
       apply_change(effects);
-    } else if (const NextShooter next = next_shooter(); next == NextShooter::external) {
+    } else if (const NextShooter next = next_shooter(held_); next == NextShooter::external) {
       receive_external(effects);
     } else if (next == NextShooter::local) {
       shoot_locally(effects);

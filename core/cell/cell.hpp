@@ -53,6 +53,9 @@ class Cell {
   bool running() const { return running_; }
   /// Nothing to work on until a message comes; a resting cell is idle.
   bool idle() const;
+  /// While held no patch of this cell shoots: the way to other cells is full. Shots of others are finished all the same, so
+  /// that cells that hold each other up come free.
+  void hold(bool is_held) { held_ = is_held; }
 
   /// A look inside for invariants, tests and monitoring.
   struct State {
@@ -87,7 +90,9 @@ class Cell {
   void count(const TransferWork& work, Effects& effects);
   CellReport report(std::uint64_t wave) const;
   void report_where_asked(Effects& effects);
-  NextShooter next_shooter() const { return queue_.next(strongest_.power_w, threshold_w_, geometry_.version()); }
+  NextShooter next_shooter(bool is_held) const {
+    return queue_.next(is_held ? 0 : strongest_.power_w, threshold_w_, geometry_.version());
+  }
 
   CellId id_;
   std::shared_ptr<const CellGrid> grid_;
@@ -99,6 +104,7 @@ class Cell {
 
   bool announced_ = false;
   bool running_ = false;
+  bool held_ = false;
   bool reported_idle_ = false;  ///< since the last unit of work
   double threshold_w_ = 0;
   std::uint64_t next_sequence_ = 0;

@@ -61,6 +61,12 @@ void Controller::stop(Stop how) {
   if (!stop_is_due_ || how == Stop::at_once) stop_is_due_ = how;
 }
 
+void Controller::go_on() {
+  if (!finished()) return;
+  interrupted_ = false;
+  start_is_due_ = true;
+}
+
 void Controller::refresh_progress() {
   if (phase_ == RunPhase::radiosity || phase_ == RunPhase::draining) progress_is_due_ = true;
 }

@@ -55,6 +55,8 @@ class Controller {
 
   /// Ends the run early; the next steps carry it out. A second call may only hasten it. No effect on a finished run.
   void stop(Stop how);
+  /// Starts a finished run again where it stopped; no effect on any other.
+  void go_on();
   /// Asks every cell for a report, so that progress() becomes fresh. The driver calls it as often as it shows progress.
   void refresh_progress();
 

@@ -1,0 +1,236 @@
+#include "actors/cluster/hosted_run.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "actors/worker_actor.hpp"
+#include "core/cell/routing.hpp"
+#include "core/light/cell_values.hpp"
+
+namespace lichthof::actors {
+
+namespace {
+
+constexpr std::uint32_t columns_per_step = 1;  // a worker can be stopped after each
+
+// ---- Actors that stand for machines elsewhere -------------------------------------------------------------------------
+
+using SendTo = std::function<void(const Message&)>;
+
+HemicubeSink::behavior_type cell_elsewhere(HemicubeSink::pointer, SendTo send) {
+  return {[send = std::move(send)](const HemicubeMessage& message) { send(message); }};
+}
+
+ReportSink::behavior_type controller_elsewhere(ReportSink::pointer, SendTo send) {
+  return {[send](const CellReady& message) { send(message); }, [send](const CellReport& message) { send(message); }};
+}
+
+JobSource::behavior_type balancer_elsewhere(JobSource::pointer, SendTo send) {
+  return {[](const Enlistment&) {}, [send](const JobRequest& message) { send(message); },
+          [send](const ColumnResult& message) { send(message); }};
+}
+
+Error impossible(const std::string& what) { return {ErrorCode::bad_input, "run", what}; }
+
+}  // namespace
+
+Expected<std::shared_ptr<HostedRun>> HostedRun::make(const HostShare& share, NodeId own,
+                                                     std::shared_ptr<const Solution> solution, unsigned threads) {
+  std::shared_ptr<HostedRun> run(new HostedRun(share, std::move(solution)));
+  const Status made = share.pass == Pass::radiosity ? run->make_cells(own, threads) : run->make_source();
+  if (!made) return made.error();
+  return run;
+}
+
+HostedRun::~HostedRun() {
+  if (company_) company_->dismiss();
+}
+
+Status HostedRun::make_cells(NodeId own, unsigned threads) {
+  const Solution& s = *solution_;
+  CellsWanted wanted;
+  wanted.along = s.options.cells;
+  Expected<CellGrid> grid = partition(*s.mesh, bounds(*s.scene), wanted);
+  if (!grid) return grid.error();
+  grid_ = std::make_shared<const CellGrid>(std::move(*grid));
+  if (share_.cells.size() != grid_->cell_count()) return impossible("has other cells than its solution");
+  groups_ = groups_by_cell(*s.mesh, *grid_);
+
+  const auto parallel = std::make_shared<const Parallel>(threads);
+  TransferOptions transfer;
+  transfer.method = s.options.method;
+  transfer.hemicube_resolution = s.options.hemicube_resolution;
+  CellOptions options;
+  options.hemicube_resolution = s.options.hemicube_resolution;
+  options.epoch = share_.epoch;
+  const bool is_divided = grid_->cell_count() > 1;
+  const bool is_begun = std::any_of(s.shot.begin(), s.shot.end(), [](const Rgbf& shot) { return shot != Rgbf{0.f}; });
+  std::set<NodeId> partners;
+  for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value) {
+    if (share_.cells[cell.value] != own) continue;
+    auto hosted = std::make_unique<HostedCell>();
+    // A cell that is alone has no boundary to clip to.
+    const Box box = is_divided ? grid_->box(cell) : Box{Vec3{-1e300}, Vec3{1e300}};
+    hosted->light = std::make_shared<CellLight>(s.scene, s.mesh, groups_[cell.value], box, transfer, parallel);
+    if (is_begun) hosted->light->load(s);
+    hosted->machine = std::make_shared<Cell>(cell, grid_, std::make_unique<RealLight>(hosted->light), options);
+    cells_.emplace(cell, std::move(hosted));
+    const CellPosition here = grid_->position(cell);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        if ((step < 0 && here[axis] == 0) || (step > 0 && here[axis] + 1 == grid_->size()[axis])) continue;
+        CellPosition there = here;
+        there[axis] += static_cast<std::uint32_t>(step);
+        if (const NodeId node = share_.cells[grid_->at(there).value]; node != own) partners.insert(node);
+      }
+  }
+  if (cells_.empty()) return impossible("has no cell for this node");
+  partners_.assign(partners.begin(), partners.end());
+  return Done{};
+}
+
+Status HostedRun::make_source() {
+  const PictureSpec& spec = share_.picture;
+  const bool is_plausible = spec.camera.size() == 10 && spec.width >= 1 && spec.height >= 1 && spec.width <= 65536 &&
+                            spec.height <= 65536 && spec.samples >= 1 && share_.workers >= 1 && share_.workers <= 4096 &&
+                            (spec.method <= 2 || spec.method == 255);
+  if (!is_plausible) return impossible("has a picture that can not be");
+  const std::vector<double>& c = spec.camera;
+  const Expected<Camera> camera = checked(Camera{"", {c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}, c[9]});
+  if (!camera) return camera.error();
+  PictureWish wish;
+  wish.path_tracing = spec.method == 255;
+  if (!wish.path_tracing) wish.method = static_cast<TracingMethod>(spec.method);
+  wish.camera = *camera;
+  wish.width = spec.width, wish.height = spec.height;
+  wish.samples = spec.samples, wish.gather_rays = spec.gather_rays;
+  source_ = picture_source(std::make_shared<const LitScene>(*solution_), wish);
+  return Done{};
+}
+
+void HostedRun::start(caf::actor_system& system, Send send) {
+  send_ = std::move(send);
+  company_ = std::make_unique<Company>(system);
+  if (share_.pass == Pass::radiosity)
+    start_cells(system);
+  else
+    start_workers(system);
+}
+
+void HostedRun::start_cells(caf::actor_system& system) {
+  std::vector<HemicubeSink> sinks(grid_->cell_count());
+  for (auto& [id, hosted] : cells_) {
+    HostedCell* const cell = hosted.get();
+    RunContext context{Clock(), nullptr, meters_, hold_, [cell](const Cell& machine) {
+                         const Cell::State state = machine.state();
+                         // What waits for its predecessors is none of the senders' fault: it counts as done.
+                         cell->processed = state.processed + state.waiting_parts;
+                         cell->shots = state.local_shots;
+                         cell->rays = machine.counters().rays;
+                       }};
+    cell->actor = company_->join(system.spawn<caf::lazy_init>(cell_actor, cell->machine, context));
+    sinks[id.value] = caf::actor_cast<HemicubeSink>(cell->actor);
+  }
+  for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value)
+    if (!sinks[cell.value])
+      sinks[cell.value] =
+          company_->join(system.spawn(cell_elsewhere, SendTo([this, cell](const Message& message) { send_(cell, message); })));
+  Introduction introduction;
+  introduction.controller = company_->join(
+      system.spawn(controller_elsewhere, SendTo([this](const Message& message) { send_(ToController{}, message); })));
+  introduction.cells = std::make_shared<const std::vector<HemicubeSink>>(std::move(sinks));
+  for (const auto& [id, hosted] : cells_) caf::anon_send(hosted->actor, introduction);
+}
+
+void HostedRun::start_workers(caf::actor_system& system) {
+  const JobSource balancer = company_->join(
+      system.spawn(balancer_elsewhere, SendTo([this](const Message& message) { send_(ToBalancer{}, message); })));
+  const Clock clock;
+  for (std::uint32_t k = 0; k < share_.workers; ++k) {
+    const WorkerId id{share_.first_worker + k};
+    const auto worker = std::make_shared<Worker>(id, source_, columns_per_step);
+    workers_[id] = caf::actor_cast<JobSink>(
+        company_->join(system.spawn<caf::detached>(worker_actor, id, worker, balancer, clock, meters_)));
+  }
+}
+
+std::vector<caf::actor> HostedRun::actors() const {
+  std::vector<caf::actor> all;
+  for (const auto& [id, hosted] : cells_) all.push_back(caf::actor_cast<caf::actor>(hosted->actor));
+  for (const auto& [id, sink] : workers_) all.push_back(caf::actor_cast<caf::actor>(sink));
+  return all;
+}
+
+bool HostedRun::deliver(const RunMessage& message, Message content) {
+  const Address to = address(message);
+  if (const auto* id = std::get_if<CellId>(&to)) {
+    const auto found = cells_.find(*id);
+    if (found == cells_.end()) return false;
+    const CellActor& cell = found->second->actor;
+    return std::visit(
+        [&]<class M>(M& one) {
+          if constexpr (is_one_of<M, std::variant<HemicubeMessage, StartRadiosity, PollCell, StopRadiosity, GeometryChange>>) {
+            caf::anon_send(cell, std::move(one));
+            return true;
+          }
+          return false;
+        },
+        content);
+  }
+  const auto* worker = std::get_if<WorkerId>(&to);
+  const auto* assignment = std::get_if<JobAssignment>(&content);
+  if (!worker || !assignment) return false;
+  const auto found = workers_.find(*worker);
+  if (found == workers_.end()) return false;
+  caf::anon_send(found->second, *assignment);
+  return true;
+}
+
+CellImage HostedRun::image(const Cell& cell) const {
+  const CellLight& light = *cells_.at(cell.id())->light;
+  Solution all;
+  all.mesh = solution_->mesh;
+  for (auto* values : {&all.irradiance, &all.direct_irradiance, &all.shot, &all.pending})
+    values->assign(all.mesh->elements.size(), Rgbf{0.f});
+  light.store(all, {});
+  CellImage image{share_.job, share_.epoch, cell.id(), cell_values(all, groups_[cell.id().value]), {}, {}};
+  const CellOutlook o = light.outlook();
+  const CellPower p = light.power();
+  for (const Rgb& sum : {o.sent_w, o.received_w, o.unshot_w, o.reflected_w, o.white_area, p.emitted, p.absorbed, p.unshot})
+    image.sums.insert(image.sums.end(), {sum.x, sum.y, sum.z});
+  image.sums.push_back(o.area);
+  const SolveCounters& c = cell.counters();
+  image.counters = {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
+                    c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut};
+  return image;
+}
+
+void HostedRun::collect(const std::function<void(CellImage)>& take) const {
+  for (const auto& [id, hosted] : cells_)
+    caf::anon_send(hosted->actor, Look{[this, take](const Cell& cell) { take(image(cell)); }});
+}
+
+void HostedRun::hold(bool is_held) {
+  if (hold_->exchange(is_held) == is_held || is_held) return;
+  for (const auto& [id, hosted] : cells_) caf::anon_send(hosted->actor, wake_atom_v);
+}
+
+std::uint64_t HostedRun::processed(CellId cell) const {
+  const auto found = cells_.find(cell);
+  return found == cells_.end() ? 0 : found->second->processed.load();
+}
+
+std::vector<std::string> HostedRun::load() const {
+  std::vector<std::string> lines;
+  for (const auto& meter : meters_->all()) {
+    std::uint64_t shots = 0, rays = 0;
+    for (const auto& [id, hosted] : cells_)
+      if (meter->name == text(Address{id})) shots = hosted->shots, rays = hosted->rays;
+    lines.push_back(meter->name + '\t' + std::to_string(share_.job.value) + '\t' + std::to_string(meter->busy_ns) + '\t' +
+                    std::to_string(meter->depth) + '\t' + std::to_string(meter->arrived) + '\t' +
+                    std::to_string(meter->steps) + '\t' + std::to_string(shots) + '\t' + std::to_string(rays));
+  }
+  return lines;
+}
+
+}  // namespace lichthof::actors

@@ -1,0 +1,193 @@
+#include "actors/cluster/run_lead.hpp"
+
+#include <set>
+
+#include "actors/drive.hpp"
+#include "core/light/cell_values.hpp"
+#include "core/scene/partition.hpp"
+
+namespace lichthof::actors {
+
+namespace {
+
+constexpr std::size_t outlook_sums = 5, power_sums = 3, sum_count = 3 * (outlook_sums + power_sums) + 1, counter_count = 12;
+
+}  // namespace
+
+RunLead::RunLead(const HostRun& order, const PictureSpec& picture, double eps, Send send)
+    : order_(order), send_(std::move(send)) {
+  if (order.pass == Pass::radiosity) {
+    std::uint32_t cells = 0;
+    for (const auto& [node, own] : order.cells) cells += static_cast<std::uint32_t>(own.size());
+    nodes_of_cells_.resize(cells);
+    for (const auto& [node, own] : order.cells)
+      for (const CellId cell : own) nodes_of_cells_.at(cell.value) = node;
+    controller_ = std::make_unique<Controller>(ControllerOptions{cells, eps, order.epoch});
+    return;
+  }
+  BalancerOptions options;
+  options.columns = picture.width, options.height = picture.height;
+  options.workers = 0;
+  for (const auto& [node, threads] : order.workers) options.workers += threads;
+  balancer_ = std::make_unique<Balancer>(options);
+}
+
+bool RunLead::hosts(NodeId node) const {
+  for (const NodeId cell : nodes_of_cells_)
+    if (cell == node) return true;
+  for (const auto& [worker, at] : workers_)
+    if (at == node) return true;
+  return false;
+}
+
+std::map<NodeId, std::pair<std::uint32_t, std::uint32_t>> RunLead::add_workers(const HostRun& order) {
+  std::map<NodeId, std::pair<std::uint32_t, std::uint32_t>> added;
+  for (const auto& [node, threads] : order.workers) {
+    added[node] = {next_worker_, threads};
+    for (std::uint32_t k = 0; k < threads; ++k) workers_[WorkerId{next_worker_++}] = node;
+  }
+  return added;
+}
+
+void RunLead::lose_workers(NodeId node, Instant now) {
+  std::vector<WorkerId> lost;
+  for (const auto& [worker, at] : workers_)
+    if (at == node) lost.push_back(worker);
+  for (const WorkerId worker : lost) {
+    workers_.erase(worker);
+    if (balancer_) balancer_->accept({ToBalancer{}, ToBalancer{}, WorkerLost{worker}}, now);
+  }
+  drive(now);
+}
+
+void RunLead::begin(Instant now) {
+  begun_ = true;
+  drive(now);
+}
+
+void RunLead::take_checkpoint(Instant now) {
+  if (!controller_ || !begun_ || collecting_ || controller_->finished()) return;
+  controller_->stop(Stop::after_pending);
+  drive(now);
+}
+
+void RunLead::accept(const RunMessage& message, Message content, Instant now) {
+  const Address to = address(message);
+  if (controller_ && std::holds_alternative<ToController>(to)) {
+    if (const auto* ready = std::get_if<CellReady>(&content)) controller_->accept({ready->cell, to, content}, now);
+    if (const auto* report = std::get_if<CellReport>(&content)) controller_->accept({report->cell, to, content}, now);
+  }
+  if (balancer_ && std::holds_alternative<ToBalancer>(to)) {
+    // From a worker that was taken for lost it counts no more: its columns are somebody else's now.
+    if (const auto* request = std::get_if<JobRequest>(&content); request && workers_.count(request->worker))
+      balancer_->accept({request->worker, to, content}, now);
+    if (const auto* result = std::get_if<ColumnResult>(&content); result && workers_.count(result->worker)) {
+      const WorkerId worker = result->worker;
+      balancer_->accept({worker, to, std::move(content)}, now);
+    }
+  }
+  drive(now);
+}
+
+void RunLead::accept(CellImage image, Instant) {
+  if (!collecting_ || image.cell.value >= nodes_of_cells_.size()) return;
+  images_[image.cell] = std::move(image);
+  if (images_.size() < nodes_of_cells_.size()) return;
+  collecting_ = false;
+  due_ = is_checkpoint_ ? Wants::checkpoint : Wants::end;
+}
+
+std::map<CellId, CellImage> RunLead::take_images(Instant now) {
+  std::map<CellId, CellImage> images = std::exchange(images_, {});
+  if (!ended_) {
+    controller_->go_on();
+    drive(now);
+  }
+  return images;
+}
+
+RunLead::Wants RunLead::due() { return std::exchange(due_, Wants::nothing); }
+
+void RunLead::refresh(Instant now) {
+  if (!controller_ || !begun_) return;
+  controller_->refresh_progress();
+  drive(now);
+}
+
+/// The machine runs while it has work; what it wants sent goes out.
+void RunLead::drive(Instant now) {
+  if (!begun_) return;
+  const auto run = [&](auto& machine) {
+    while (machine.has_work()) {
+      const Effects effects = machine.step(now);
+      log_events(effects.events);
+      for (const Envelope& envelope : effects.outbox) {
+        NodeId node;
+        if (const auto* cell = std::get_if<CellId>(&envelope.to)) {
+          node = nodes_of_cells_.at(cell->value);
+        } else if (const auto* worker = std::get_if<WorkerId>(&envelope.to)) {
+          const auto found = workers_.find(*worker);
+          if (found == workers_.end()) continue;
+          node = found->second;
+        }
+        send_(node, run_message(order_.job, order_.epoch, envelope.to, envelope.message));
+      }
+    }
+  };
+  if (controller_) run(*controller_);
+  if (balancer_) run(*balancer_);
+  if (controller_ && controller_->finished() && !collecting_ && !ended_ && images_.empty()) {
+    is_checkpoint_ = !controller_->converged();
+    ended_ = !is_checkpoint_;
+    collect();
+  }
+  if (balancer_ && balancer_->finished() && !ended_) {
+    ended_ = true;
+    due_ = Wants::end;
+  }
+}
+
+void RunLead::collect() {
+  collecting_ = true;
+  std::set<NodeId> nodes(nodes_of_cells_.begin(), nodes_of_cells_.end());
+  for (const NodeId node : nodes) send_(node, CollectCells{order_.job, order_.epoch});
+}
+
+std::vector<CellReport> RunLead::cells() const {
+  std::vector<CellReport> reports;
+  if (controller_)
+    for (const auto& report : controller_->termination().latest())
+      if (report) reports.push_back(*report);
+  return reports;
+}
+
+Status put_images(Solution& solution, const std::map<CellId, CellImage>& images) {
+  CellsWanted wanted;
+  wanted.along = solution.options.cells;
+  const Expected<CellGrid> grid = partition(*solution.mesh, bounds(*solution.scene), wanted);
+  if (!grid) return grid.error();
+  const std::vector<std::vector<GroupId>> groups = groups_by_cell(*solution.mesh, *grid);
+  if (images.size() != groups.size()) return Error{ErrorCode::bad_input, "cells", "are not all here"};
+  CellOutlook outlook;
+  EnergyLedger energy;
+  for (const auto& [cell, image] : images) {
+    if (image.sums.size() != sum_count || image.counters.size() != counter_count)
+      return Error{ErrorCode::bad_input, "cell", "has other sums than expected"};
+    if (Status set = set_cell_values(solution, groups.at(cell.value), image.light); !set) return set;
+    const auto sum = [&](std::size_t k) { return Rgb{image.sums[3 * k], image.sums[3 * k + 1], image.sums[3 * k + 2]}; };
+    outlook.add({sum(0), sum(1), sum(2), sum(3), sum(4), image.sums.back()});
+    energy.emitted += sum_channels(sum(5)), energy.absorbed += sum_channels(sum(6)), energy.unshot += sum_channels(sum(7));
+    const auto& c = image.counters;
+    SolveCounters own;
+    own.shots = c[0], own.rays = c[1], own.rays_saved = c[2], own.form_factors = c[3], own.messages = c[4], own.bytes_sent = c[5];
+    own.bitmap_bytes = c[6], own.bitmap_bytes_raw = c[7], own.cells_skipped = c[8], own.clusters_tested = c[9];
+    own.clusters_hidden = c[10], own.clusters_cut = c[11];
+    solution.counters += own;
+  }
+  energy.escaped = solution.energy.escaped;
+  solution.energy = energy;
+  set_pending(solution, expected_light(outlook));
+  return Done{};
+}
+
+}  // namespace lichthof::actors
