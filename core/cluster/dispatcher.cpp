@@ -142,7 +142,6 @@ Status Dispatcher::retry(JobId id, Instant) {
   job.reason.clear();
   job.lost_nodes.clear();
   job.unsuited.clear();
-  job.hopeless_since.reset();
   due_.records.push_back(journal::Retried{id});
   is_changed_ = true;
   return Done{};
@@ -166,6 +165,7 @@ void Dispatcher::end(JobId id, LabJob& job, JobState state, const std::string& r
   release(id, job);
   job.state = state;
   job.reason = reason;
+  job.hopeless_since.reset();
   due_.records.push_back(journal::Ended{id, state, reason});
   due_.orders.push_back(JobEnded{id, state, reason});
 }

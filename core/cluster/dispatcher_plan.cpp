@@ -145,7 +145,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
   job.epoch = Epoch{job.epoch.value + 1};
   due_.records.push_back(journal::EpochBegun{id, job.epoch});
   HostRun order{id, job.epoch, job.pass, job.pass == Pass::radiosity && job.has_checkpoint, {}, {}};
-  LabRun run;
+  HostedPass run;
   run.epoch = job.epoch;
   run.pass = job.pass;
   run.nodes_of_cells = std::move(place.nodes_of_cells);
@@ -167,7 +167,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
 }
 
 void Dispatcher::begin(JobId id, LabJob& job, Instant now) {
-  LabRun& run = *job.run;
+  HostedPass& run = *job.run;
   if (run.begun) return;
   bool somebody_is_ready = false;
   for (const auto& [node, share] : run.shares) {

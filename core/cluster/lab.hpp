@@ -141,7 +141,7 @@ struct Share {
 };
 
 /// A pass of a job that is hosted, or being hosted.
-struct LabRun {
+struct HostedPass {
   Epoch epoch;
   Pass pass = Pass::radiosity;
   bool begun = false;
@@ -158,7 +158,7 @@ struct LabJob {
   Epoch epoch;                  ///< the last one used
   bool has_checkpoint = false;
   std::string reason;  ///< why it waits, or why it ended as it did
-  std::optional<LabRun> run;
+  std::optional<HostedPass> run;
   std::vector<std::string> lost_nodes;     ///< while they hosted it
   std::map<NodeId, std::string> unsuited;  ///< nodes that could not host it, and why
   std::optional<Instant> hopeless_since;   ///< the whole lab could not hold it

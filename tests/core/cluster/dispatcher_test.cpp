@@ -59,7 +59,7 @@ struct Lab {
   void join(std::uint32_t id, const NodeFacts& node) { dispatcher.node_joined(NodeId{id}, node, now); }
   /// Every node that the present epoch of a job awaits says that it hosts its share.
   const Dispatched& host_all(JobId job) {
-    const LabRun run = *dispatcher.jobs().at(job).run;
+    const HostedPass run = *dispatcher.jobs().at(job).run;
     for (const auto& [node, share] : run.shares) dispatcher.hosted(node, job, run.epoch, now);
     return step();
   }
