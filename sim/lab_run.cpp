@@ -257,7 +257,7 @@ void LabRun::handle(ToController& event) {
   switch (message.kind) {
     case Kind::hosted:
       dispatcher_.hosted(node_of(slot), message.job, message.epoch, now);
-      if (!run) return;
+      if (!run || !run->hosts.contains(slot)) return;
       run->ready.insert(slot);
       return hand_out(message.job, *run);
     case Kind::host_failed:

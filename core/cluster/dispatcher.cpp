@@ -72,6 +72,7 @@ Status Dispatcher::kick(NodeId node, Instant now) {
 void Dispatcher::lose(NodeId node, const std::string& reason, bool counts, Instant) {
   for (auto& [id, job] : jobs_) {
     job.unsuited.erase(node);
+    if (job.run) job.run->sent_away.erase(node);
     if (job.run && job.run->shares.contains(node)) lose_share(id, job, node, reason, counts);
   }
   nodes_.erase(node);

@@ -57,7 +57,10 @@ void Dispatcher::plan(Instant now) {
   }
 
   for (auto& [id, job] : jobs_)
-    if (job.run && job.run->pass == Pass::picture) move_workers(id, job, wants_memory.has_value());
+    if (job.run && job.run->pass == Pass::picture) {
+      move_workers(id, job, wants_memory.has_value());
+      begin(id, job, now);  // the one awaited may have been sent away
+    }
   look_for_drained();
 }
 
@@ -214,7 +217,10 @@ void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
   });
   for (auto share = shares.begin(); share != shares.end();) {
     const bool leaves = others_work && nodes_.at(share->first).draining;
-    if (leaves) due_.orders.push_back(ReleaseRun{id, job.run->epoch, share->first});
+    if (leaves) {
+      due_.orders.push_back(ReleaseRun{id, job.run->epoch, share->first});
+      job.run->sent_away.insert(share->first);
+    }
     share = leaves ? shares.erase(share) : std::next(share);
   }
   if (is_memory_wanted) return;
@@ -222,7 +228,8 @@ void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
   if (!found) return;
   HostRun order{id, job.run->epoch, Pass::picture, false, {}, {}};
   for (const auto& worker : found->workers)
-    if (shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false}).second)
+    if (!job.run->sent_away.contains(worker.first) &&
+        shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false}).second)
       order.workers.push_back(worker);
   if (!order.workers.empty()) due_.orders.push_back(std::move(order));
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -147,6 +148,8 @@ struct HostedPass {
   bool begun = false;
   std::vector<NodeId> nodes_of_cells;  ///< pass radiosity
   std::map<NodeId, Share> shares;
+  /// Nodes whose workers were sent away alone. What they said before may still be under way, so none return this epoch.
+  std::set<NodeId> sent_away;
   std::optional<Instant> checkpoint_at;  ///< absent: one is under way, or none is due in this pass
   bool may_move = false;                 ///< a checkpoint has just been kept
 };

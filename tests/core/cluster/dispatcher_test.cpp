@@ -357,6 +357,24 @@ TEST_SUITE("dispatcher") {
     CHECK(std::get<NodeDrained>(lab.last.orders[1]).node == NodeId{1});
     REQUIRE(lab.dispatcher.drain(NodeId{2}, true, lab.now));
     CHECK(lab.step().orders.empty());  // the last one stays
+    // Taken back it stays out of this epoch: its `hosted` may be an old one.
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, false, lab.now));
+    CHECK(lab.step().orders.empty());
+    lab.join(1, facts("a"));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a picture that awaited nobody but a draining node begins when that is sent away") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(false, true), lab.now);
+    lab.step();
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, true, lab.now));
+    lab.dispatcher.hosted(NodeId{2}, id, Epoch{1}, lab.now);
+    lab.step();
+    CHECK(given<ReleaseRun>(lab.last).size() == 1);
+    CHECK(given<BeginPass>(lab.last).size() == 1);
   }
 
   TEST_CASE("dispatcher: a job that loses three nodes fails and names them; kicked ones do not count") {
