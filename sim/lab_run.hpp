@@ -26,7 +26,7 @@ struct LabRunOptions {
   std::uint64_t seed = 1;
   bool with_faults = true;
   Instant calm_at{40'000'000'000};
-  Instant give_up_at{900'000'000'000};  ///< a job that has not ended by then never will
+  Instant give_up_at{4'000'000'000'000};  ///< a job that has not ended by then never will
 };
 
 struct LabReport {
@@ -79,6 +79,7 @@ class LabRun {
   struct Ready { std::uint32_t slot; Link link; JobId job; Epoch epoch; bool fails; };
   struct Worked { std::uint32_t slot; Link link; JobId job; Epoch epoch; std::optional<std::uint32_t> column; };
   struct Boot { std::uint32_t slot; };
+  struct Resume { std::uint32_t slot; };
   struct Fault {};
   struct Calm {};
   struct Submit { JobWish wish; };
@@ -86,7 +87,7 @@ class LabRun {
   struct Wake {};
   // clang-format on
   using Event = std::variant<ToController, ToNode, LinkLostByController, LinkLostByNode, Connect, Report, Ready, Worked,
-                             Boot, Fault, Calm, Submit, ControllerUp, Wake>;
+                             Boot, Resume, Fault, Calm, Submit, ControllerUp, Wake>;
 
   struct Node : ModelNode {
     NodeFacts facts;
@@ -133,6 +134,7 @@ class LabRun {
   void handle(Ready& event);
   void handle(Worked& event);
   void handle(Boot& event);
+  void handle(Resume& event);
   void handle(Fault&);
   void handle(Calm&);
   void node_fault(std::uint32_t slot);
@@ -141,7 +143,7 @@ class LabRun {
   void restart_controller();
   void send_to_controller(std::uint32_t slot, Message message);
   Instant arrival(std::uint32_t slot, bool to_node);
-  bool postponed(const Event& event);
+  bool postponed(Event& event);
 
   Duration drawn(double least_s, double most_s) {
     return {static_cast<std::int64_t>((least_s + (most_s - least_s) * random_.unit()) * 1e9)};
@@ -153,6 +155,7 @@ class LabRun {
   Random random_;
   EventQueue<Event> events_;
   std::vector<Node> nodes_;
+  std::map<std::uint32_t, std::deque<Event>> backlogs_;  ///< of nodes that hang
   Dispatcher dispatcher_;
   bool controller_is_up_ = true;
   std::vector<JournalEntry> journal_;                      ///< on the controller's disk

@@ -28,7 +28,7 @@ void LabRun::send_to_controller(std::uint32_t slot, Message message) {
 }
 
 /// A node that hangs does and hears everything later.
-bool LabRun::postponed(const Event& event) {
+bool LabRun::postponed(Event& event) {
   std::optional<std::uint32_t> slot;
   std::visit(
       [&](const auto& e) {
@@ -38,9 +38,16 @@ bool LabRun::postponed(const Event& event) {
           slot = e.slot;
       },
       event);
-  if (!slot || nodes_[*slot].hung_until <= events_.now()) return false;
-  events_.push(nodes_[*slot].hung_until, event);
+  if (!slot || (nodes_[*slot].hung_until <= events_.now() && backlogs_[*slot].empty())) return false;
+  std::deque<Event>& backlog = backlogs_[*slot];
+  if (backlog.empty()) events_.push(nodes_[*slot].hung_until, Resume{*slot});
+  backlog.push_back(std::move(event));
   return true;
+}
+
+void LabRun::handle(Resume& event) {
+  if (nodes_[event.slot].hung_until > events_.now()) return events_.push(nodes_[event.slot].hung_until, event);
+  for (Event& waiting : std::exchange(backlogs_[event.slot], {})) std::visit([this](auto& e) { handle(e); }, waiting);
 }
 
 void LabRun::handle(Boot& event) {
@@ -155,7 +162,7 @@ void LabRun::node_fault(std::uint32_t slot) {
       node.cut_off_until = std::max(node.cut_off_until, events_.now() + drawn(0.5, 12));
       return;
     default:
-      node.pace = random_.below(2) == 0 ? 0.1 : 1;
+      node.pace = random_.below(2) == 0 ? 0.2 : 1;
       return;
   }
 }
@@ -168,6 +175,7 @@ void LabRun::crash(std::uint32_t slot, Duration away) {
   ++node.life;
   node.shares.clear();
   node.hung_until = events_.now();
+  backlogs_[slot].clear();
   // A process that dies has its connections closed; a machine that loses power says nothing.
   if (random_.below(3) != 0) events_.push(arrival(slot, false), LinkLostByController{slot, link});
   events_.push(events_.now() + away, Boot{slot});
