@@ -1,7 +1,6 @@
 #include "sim/lab_run.hpp"
 
 #include <algorithm>
-#include <type_traits>
 #include <utility>
 
 #include "core/base/check.hpp"
@@ -100,19 +99,17 @@ bool LabRun::is_over() const {
 
 void LabRun::lead() {
   const Instant now = events_.now();
-  if (!controller_is_up_) return;
-  if (dispatcher_.has_work(now)) {
-    const Dispatched dispatched = dispatcher_.step(now);
-    journal_.insert(journal_.end(), dispatched.records.begin(), dispatched.records.end());
-    for (const Order& order : dispatched.orders) {
-      oracle_.ordered(order, dispatcher_);
-      carry_out(order);
-    }
-    if (dispatcher_.has_work(now)) oracle_.complain("a step leaves work undone");
-    if (dispatched.wake_at && (!wake_is_due_ || *dispatched.wake_at < *wake_is_due_)) {
-      wake_is_due_ = dispatched.wake_at;
-      events_.push(*dispatched.wake_at, Wake{});
-    }
+  if (!controller_is_up_ || !dispatcher_.has_work(now)) return;
+  const Dispatched dispatched = dispatcher_.step(now);
+  journal_.insert(journal_.end(), dispatched.records.begin(), dispatched.records.end());
+  for (const Order& order : dispatched.orders) {
+    oracle_.ordered(order, dispatcher_);
+    carry_out(order);
+  }
+  if (dispatcher_.has_work(now)) return oracle_.complain("a step leaves work undone");
+  if (dispatched.wake_at && (!wake_is_due_ || *dispatched.wake_at < *wake_is_due_)) {
+    wake_is_due_ = dispatched.wake_at;
+    events_.push(*dispatched.wake_at, Wake{});
   }
 }
 

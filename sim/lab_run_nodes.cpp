@@ -1,5 +1,6 @@
 /// The nodes of a lab in virtual time, the links to them, and what goes wrong with either.
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "core/base/check.hpp"
