@@ -177,7 +177,7 @@ TEST_SUITE("dispatcher") {
     lab.step();
     CHECK(lab.job(small).state == JobState::running);
     CHECK(lab.job(big).reason.starts_with("waits for more nodes, the lab can not hold it"));
-    for (double t = 5; t < 60; t += 5) lab.step(t);
+    for (int t = 5; t < 60; t += 5) lab.step(t);
     CHECK(lab.job(big).state == JobState::queued);
     lab.step(60);
     CHECK(lab.job(big).state == JobState::failed);
@@ -230,7 +230,7 @@ TEST_SUITE("dispatcher") {
 
   TEST_CASE("dispatcher: a node silent for a lease is dropped; one that reports is not") {
     RunningLab lab;
-    for (double t = 1; t <= 9; ++t) {
+    for (int t = 1; t <= 9; ++t) {
       lab.now = at(t);
       lab.dispatcher.node_reported(NodeId{1}, 50 * megabyte, lab.now);
       lab.step();
