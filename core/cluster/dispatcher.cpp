@@ -72,6 +72,7 @@ Status Dispatcher::kick(NodeId node, Instant now) {
 void Dispatcher::lose(NodeId node, const std::string& reason, bool counts, Instant) {
   for (auto& [id, job] : jobs_) {
     job.unsuited.erase(node);
+    if (job.run) job.run->sent_away.erase(node);
     if (job.run && job.run->shares.contains(node)) lose_share(id, job, node, reason, counts);
   }
   nodes_.erase(node);
@@ -142,7 +143,6 @@ Status Dispatcher::retry(JobId id, Instant) {
   job.reason.clear();
   job.lost_nodes.clear();
   job.unsuited.clear();
-  job.hopeless_since.reset();
   due_.records.push_back(journal::Retried{id});
   is_changed_ = true;
   return Done{};
@@ -166,6 +166,7 @@ void Dispatcher::end(JobId id, LabJob& job, JobState state, const std::string& r
   release(id, job);
   job.state = state;
   job.reason = reason;
+  job.hopeless_since.reset();
   due_.records.push_back(journal::Ended{id, state, reason});
   due_.orders.push_back(JobEnded{id, state, reason});
 }

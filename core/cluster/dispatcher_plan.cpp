@@ -57,7 +57,10 @@ void Dispatcher::plan(Instant now) {
   }
 
   for (auto& [id, job] : jobs_)
-    if (job.run && job.run->pass == Pass::picture) move_workers(id, job, wants_memory.has_value());
+    if (job.run && job.run->pass == Pass::picture) {
+      move_workers(id, job, wants_memory.has_value());
+      begin(id, job, now);  // the one awaited may have been sent away
+    }
   look_for_drained();
 }
 
@@ -145,7 +148,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
   job.epoch = Epoch{job.epoch.value + 1};
   due_.records.push_back(journal::EpochBegun{id, job.epoch});
   HostRun order{id, job.epoch, job.pass, job.pass == Pass::radiosity && job.has_checkpoint, {}, {}};
-  LabRun run;
+  HostedPass run;
   run.epoch = job.epoch;
   run.pass = job.pass;
   run.nodes_of_cells = std::move(place.nodes_of_cells);
@@ -167,7 +170,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
 }
 
 void Dispatcher::begin(JobId id, LabJob& job, Instant now) {
-  LabRun& run = *job.run;
+  HostedPass& run = *job.run;
   if (run.begun) return;
   bool somebody_is_ready = false;
   for (const auto& [node, share] : run.shares) {
@@ -214,7 +217,10 @@ void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
   });
   for (auto share = shares.begin(); share != shares.end();) {
     const bool leaves = others_work && nodes_.at(share->first).draining;
-    if (leaves) due_.orders.push_back(ReleaseRun{id, job.run->epoch, share->first});
+    if (leaves) {
+      due_.orders.push_back(ReleaseRun{id, job.run->epoch, share->first});
+      job.run->sent_away.insert(share->first);
+    }
     share = leaves ? shares.erase(share) : std::next(share);
   }
   if (is_memory_wanted) return;
@@ -222,7 +228,8 @@ void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
   if (!found) return;
   HostRun order{id, job.run->epoch, Pass::picture, false, {}, {}};
   for (const auto& worker : found->workers)
-    if (shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false}).second)
+    if (!job.run->sent_away.contains(worker.first) &&
+        shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false}).second)
       order.workers.push_back(worker);
   if (!order.workers.empty()) due_.orders.push_back(std::move(order));
 }

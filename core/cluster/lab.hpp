@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -141,12 +142,14 @@ struct Share {
 };
 
 /// A pass of a job that is hosted, or being hosted.
-struct LabRun {
+struct HostedPass {
   Epoch epoch;
   Pass pass = Pass::radiosity;
   bool begun = false;
   std::vector<NodeId> nodes_of_cells;  ///< pass radiosity
   std::map<NodeId, Share> shares;
+  /// Nodes whose workers were sent away alone. What they said before may still be under way, so none return this epoch.
+  std::set<NodeId> sent_away;
   std::optional<Instant> checkpoint_at;  ///< absent: one is under way, or none is due in this pass
   bool may_move = false;                 ///< a checkpoint has just been kept
 };
@@ -158,7 +161,7 @@ struct LabJob {
   Epoch epoch;                  ///< the last one used
   bool has_checkpoint = false;
   std::string reason;  ///< why it waits, or why it ended as it did
-  std::optional<LabRun> run;
+  std::optional<HostedPass> run;
   std::vector<std::string> lost_nodes;     ///< while they hosted it
   std::map<NodeId, std::string> unsuited;  ///< nodes that could not host it, and why
   std::optional<Instant> hopeless_since;   ///< the whole lab could not hold it

@@ -159,10 +159,10 @@ Placed packed(const CellsToPlace& cells, std::span<const Seat> seats) {
 
 Placed placed(Placement heuristic, const CellsToPlace& cells, std::span<const Seat> seats) {
   if (heuristic == Placement::round_robin) return in_turn(cells, seats);
-  const Placed balanced = longest_first(cells, seats);
+  Placed balanced = longest_first(cells, seats);
   if (heuristic == Placement::proportional || !balanced) return balanced;
   const double deadline = neighbourhood_slack * finishing_time(cells, seats, *balanced);
-  const Placed compact = by_neighbourhood(cells, seats, deadline);
+  Placed compact = by_neighbourhood(cells, seats, deadline);
   return compact && crossings(cells.grid, *compact) < crossings(cells.grid, *balanced) ? compact : balanced;
 }
 

@@ -59,7 +59,7 @@ struct Lab {
   void join(std::uint32_t id, const NodeFacts& node) { dispatcher.node_joined(NodeId{id}, node, now); }
   /// Every node that the present epoch of a job awaits says that it hosts its share.
   const Dispatched& host_all(JobId job) {
-    const LabRun run = *dispatcher.jobs().at(job).run;
+    const HostedPass run = *dispatcher.jobs().at(job).run;
     for (const auto& [node, share] : run.shares) dispatcher.hosted(node, job, run.epoch, now);
     return step();
   }
@@ -177,7 +177,7 @@ TEST_SUITE("dispatcher") {
     lab.step();
     CHECK(lab.job(small).state == JobState::running);
     CHECK(lab.job(big).reason.starts_with("waits for more nodes, the lab can not hold it"));
-    for (double t = 5; t < 60; t += 5) lab.step(t);
+    for (int t = 5; t < 60; t += 5) lab.step(t);
     CHECK(lab.job(big).state == JobState::queued);
     lab.step(60);
     CHECK(lab.job(big).state == JobState::failed);
@@ -230,7 +230,7 @@ TEST_SUITE("dispatcher") {
 
   TEST_CASE("dispatcher: a node silent for a lease is dropped; one that reports is not") {
     RunningLab lab;
-    for (double t = 1; t <= 9; ++t) {
+    for (int t = 1; t <= 9; ++t) {
       lab.now = at(t);
       lab.dispatcher.node_reported(NodeId{1}, 50 * megabyte, lab.now);
       lab.step();
@@ -357,6 +357,24 @@ TEST_SUITE("dispatcher") {
     CHECK(std::get<NodeDrained>(lab.last.orders[1]).node == NodeId{1});
     REQUIRE(lab.dispatcher.drain(NodeId{2}, true, lab.now));
     CHECK(lab.step().orders.empty());  // the last one stays
+    // Taken back it stays out of this epoch: its `hosted` may be an old one.
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, false, lab.now));
+    CHECK(lab.step().orders.empty());
+    lab.join(1, facts("a"));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: a picture that awaited nobody but a draining node begins when that is sent away") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(false, true), lab.now);
+    lab.step();
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, true, lab.now));
+    lab.dispatcher.hosted(NodeId{2}, id, Epoch{1}, lab.now);
+    lab.step();
+    CHECK(given<ReleaseRun>(lab.last).size() == 1);
+    CHECK(given<BeginPass>(lab.last).size() == 1);
   }
 
   TEST_CASE("dispatcher: a job that loses three nodes fails and names them; kicked ones do not count") {

@@ -129,7 +129,8 @@ TEST_SUITE("placement") {
           used[(*nodes)[cell]] += cells.bytes(cell) + (is_first ? cells.base_bytes : 0);
         }
         for (const auto& [node, bytes] : used) {
-          const auto seat = std::find_if(seats.begin(), seats.end(), [&](const Seat& s) { return s.node == node; });
+          const auto seat =
+              std::find_if(seats.begin(), seats.end(), [id = node](const Seat& s) { return s.node == id; });
           REQUIRE(seat != seats.end());
           CHECK(bytes <= seat->free_bytes);
         }
