@@ -85,11 +85,11 @@ CellActor::behavior_type cell_actor(CellSelf* self, std::shared_ptr<Cell> cell, 
       [=](const StopRadiosity& message) { order(message); },
       [=](const GeometryChange& message) { order(message); },
       [=](iterate_atom) {
-        const RunContext& context = self->state.context;
-        if (context.hold) self->state.machine->hold(*context.hold);
+        const RunContext& run = self->state.context;
+        if (run.hold) self->state.machine->hold(*run.hold);
         iterate(self, CellRoute{self});
         post_figures(self);
-        if (context.after_step) context.after_step(*self->state.machine);
+        if (run.after_step) run.after_step(*self->state.machine);
       },
       [=](wake_atom) {
         if (self->state.context.hold) self->state.machine->hold(*self->state.context.hold);

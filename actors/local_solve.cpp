@@ -106,7 +106,7 @@ void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells,
   SystemConfig config;
   caf::actor_system system(config);
   Company company(system);
-  const RunContext context{Clock(), std::make_shared<Board>(run.grid->cell_count()), run.meters};
+  const RunContext context{Clock(), std::make_shared<Board>(run.grid->cell_count()), run.meters, nullptr, {}};
   context.board->ask();
 
   // Nobody runs before the first message: the order of the steps follows from the machines alone.

@@ -31,6 +31,7 @@ struct Written {
   JobId job;
   Epoch epoch;
   bool is_end = false;
+  std::uint64_t sequence = 0;  ///< of the writings of this lead: an older one never replaces a newer
   std::string hash;    ///< empty: see reason
   std::string reason;
   EnergyLedger energy;
@@ -216,6 +217,8 @@ class LeadState {
     RunLead* const run = run_at(written.job, written.epoch);
     if (found == jobs_.end() || !run) return;
     Job& job = found->second;
+    if (written.sequence < job.written) return;
+    job.written = written.sequence;
     if (written.hash.empty()) {
       say(written.job, "the light can not be kept: " + written.reason);
       if (written.is_end) dispatcher_.pass_failed(written.job, written.epoch, written.reason, clock_.now());
@@ -239,6 +242,7 @@ class LeadState {
   struct Job {
     KeptJob kept;
     std::unique_ptr<RunLead> run;
+    std::uint64_t written = 0;  ///< sequence of the light kept last
     std::string begun_with;  ///< blob that the epoch under way began with
     Instant submitted;
     std::optional<Instant> ended;
@@ -365,10 +369,10 @@ class LeadState {
     // On a thread of its own: reading and writing take seconds.
     const caf::actor lead = caf::actor_cast<caf::actor>(self_);
     self_->system().spawn<caf::detached>(
-        [lead, id = run.job(), epoch = run.epoch(), is_end = wants == RunLead::Wants::end, base = blobs_->find(job.begun_with),
+        [lead, sequence = ++last_writing_, id = run.job(), epoch = run.epoch(), is_end = wants == RunLead::Wants::end, base = blobs_->find(job.begun_with),
          images = std::make_shared<std::map<CellId, CellImage>>(run.take_images(clock_.now())), options = options_,
          blobs = blobs_](caf::event_based_actor* writer) {
-          Written written{id, epoch, is_end, "", "", {}, {}};
+          Written written{id, epoch, is_end, sequence, "", "", {}, {}};
           try {
             written.reason = keep_light(written, base, *images, options, *blobs);
           } catch (const std::exception& error) {
@@ -387,7 +391,7 @@ class LeadState {
     if (Status put = put_images(*solution, images); !put) return put.error().text();
     solution->converged = written.is_end;
     if (written.is_end) solution->energy.escaped = escaped_power(*solution, Parallel(options.threads));
-    const std::string path = options.folder + "/light." + std::to_string(written.job.value) + "." + std::to_string(written.epoch.value);
+    const std::string path = options.folder + "/light." + std::to_string(written.job.value) + "." + std::to_string(written.sequence);
     if (Status kept = options.write_solution(path, *solution); !kept) return kept.error().text();
     Expected<std::string> hash = blobs.adopt(path);
     if (!hash) return hash.error().text();
@@ -433,6 +437,7 @@ class LeadState {
   Instant refreshed_;
   Dispatcher dispatcher_;
   std::uint32_t last_node_ = 0;
+  std::uint64_t last_writing_ = 0;
   std::map<PeerId, LinkUp> strangers_;
   std::map<PeerId, NodeId> node_of_;
   std::map<NodeId, KnownNode> nodes_;

@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr auto patience = 120s;  // for a busy machine; nothing takes so long unless it is broken
-constexpr double eps = 1e-3;
+constexpr double eps = 1e-4;
 
 Camera camera() { return {"", {0.5, 0.6, 1.5}, {6, 3, 0.8}, {0, 0, 1}, 70}; }
 
@@ -81,7 +81,7 @@ class Lab {
       for (std::uint32_t row = 0; row < image.height(); ++row)
         for (std::uint32_t column = 0; column < image.width(); ++column)
           for (int c = 0; c < 3; ++c) rows.push_back(image.at(column, row)[c]);
-      return io::write_image(path, {image.width(), image.height(), rows}, {});
+      return io::write_image(path, {image.width(), image.height(), rows.data()});
     };
     Expected<std::unique_ptr<Lead>> started = Lead::start(options);
     REQUIRE(started);
@@ -180,9 +180,10 @@ TEST_SUITE("cluster") {
 
     const Solution far = lab.light_of(*id), here = solved_here(start);
     CHECK(far.converged);
-    CHECK(test::relative_rms(far, here) < 5 * eps);  // shots come in another order
+    // Shots come in another order, and what each leaves unshot at the end differs.
+    CHECK(test::relative_rms(far, here) < 2e-3);
     CHECK(far.energy.emitted == doctest::Approx(here.energy.emitted).epsilon(1e-9));
-    CHECK(std::abs(far.energy.residual() - here.energy.residual()) < 2e-3);
+    CHECK(std::abs(far.energy.residual() - here.energy.residual()) < 1e-3);
     CHECK(far.counters.messages > 0);
 
     PictureWish wish;
@@ -215,7 +216,7 @@ TEST_SUITE("cluster") {
     const Solution far = lab.light_of(*id), here = solved_here(start);
     CHECK(far.converged);
     CHECK(test::relative_rms(far, here) < 1e-3);
-    CHECK(std::abs(far.energy.residual() - here.energy.residual()) < 1e-5);
+    CHECK(std::abs(far.energy.residual() - here.energy.residual()) < 5 * start.options.eps);
   }
 
   TEST_CASE("cluster: a controller that restarts takes its jobs up again") {
