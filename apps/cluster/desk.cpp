@@ -22,7 +22,7 @@ constexpr const char* json_type = "application/json";
 /// The page is one file and fetches from nowhere but here.
 constexpr const char* page_policy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src 'self' "
-    "blob:; "
+    "data:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 void send(Response& response, int status, const nlohmann::json& document) {
