@@ -21,9 +21,8 @@ constexpr const char* json_type = "application/json";
 
 /// The page is one file and fetches from nowhere but here.
 constexpr const char* page_policy =
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src 'self' "
-    "data:; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
+    "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 void send(Response& response, int status, const nlohmann::json& document) {
   response.status = status;
@@ -189,7 +188,8 @@ Expected<std::unique_ptr<Desk>> Desk::open(DeskOptions options, LabService& serv
 
 Desk::Desk(actors::Socket listening, DeskOptions options, LabService& service)
     : options_(std::move(options)), service_(service), feed_(service, options_.event_streams, options_.event_period),
-      door_(std::move(listening), options_.tls, {"local", actors::Role::user}, options_.door) {
+      door_(std::move(listening), options_.tls,
+            {actors::is_loopback(options_.host) ? "local" : "anybody", actors::Role::user}, options_.door) {
   const std::vector<std::string> own = own_names();
   options_.names.insert(options_.names.end(), own.begin(), own.end());
   options_.names.push_back(options_.host);

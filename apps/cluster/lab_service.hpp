@@ -14,7 +14,8 @@
 
 namespace lichthof::apps {
 
-/// Who asks, as the certificate says; on loopback in the clear everybody is the user "local".
+/// Who asks, as the certificate says; in the clear everybody is the user "local", or
+/// "anybody" where the desk is open beyond loopback.
 struct Caller {
   std::string name;
   actors::Role role = actors::Role::viewer;

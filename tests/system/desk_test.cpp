@@ -454,6 +454,11 @@ TEST_SUITE("desk") {
     CHECK(fails(client.get("/v1/nodes"), "this is node lab7, no controller"));
   }
 
+  TEST_CASE("digest: SHA-256 of \"abc\" as the standard gives it") {
+    CHECK(actors::sha256_of("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    CHECK(actors::sha256_of("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  }
+
   TEST_CASE("desk client: an address is a host and perhaps a port") {
     const auto good = [](const std::string& text, const std::string& host, int port) {
       const auto address = desk_address(text, "--cluster");
