@@ -1,6 +1,7 @@
 /// A lab in memory that answers like a cluster: two nodes, some jobs that only change when a test says so.
 #pragma once
 
+#include <atomic>
 #include <map>
 #include <mutex>
 #include <set>
@@ -134,8 +135,10 @@ class ToyLab final : public apps::LabService {
   std::set<std::string> drained;
   nlohmann::json last_spec;
   std::string start_state = "done";
-  std::size_t padding = 0, result_padding = 0;
+  std::size_t result_padding = 0;
   int uploads = 0;
+
+  std::atomic<std::size_t> padding{0};  ///< bytes that make the state of the lab long; also while somebody asks
 
  private:
   static Error none() { return {ErrorCode::bad_input, "", "there is no such job"}; }
