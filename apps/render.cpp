@@ -15,8 +15,6 @@ namespace lichthof::apps {
 
 namespace {
 
-constexpr std::int64_t longest_side = 65536, most_pixels = std::int64_t{1} << 28;
-
 struct RenderOptions {
   RunOptions run;
   PictureOptions picture;
@@ -25,20 +23,6 @@ struct RenderOptions {
   std::string solution;  ///< file to keep the first pass in; empty: none
   std::optional<double> exposure_ev;
 };
-
-/// Reads "640x480". @returns false: it is something else
-bool read_size(const std::string& text, PictureOptions& picture) {
-  const std::size_t cross = text.find_first_of("xX");
-  std::int64_t width = 0, height = 0;
-  if (cross == std::string::npos || !io::parse_integer(std::string_view(text).substr(0, cross), width) ||
-      !io::parse_integer(std::string_view(text).substr(cross + 1), height))
-    return false;
-  if (width < 1 || height < 1 || width > longest_side || height > longest_side || width * height > most_pixels)
-    return false;
-  picture.width = static_cast<std::uint32_t>(width);
-  picture.height = static_cast<std::uint32_t>(height);
-  return true;
-}
 
 /// The film's columns as rows.
 std::vector<float> rows_of(const Image& image) {
@@ -116,15 +100,7 @@ void add_render(CLI::App& program, Command& chosen) {
           "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else one "
           "that frames the scene)")
       ->option_text("CAMERA");
-  command.add_option("--size", options->size, "pixels (default 640x480)")
-      ->check(CLI::Validator(
-          [](std::string& text) {
-            PictureOptions picture;
-            return read_size(text, picture) ? std::string()
-                                            : io::in_quotes(text) + " is no size such as 640x480, at most 2^28 pixels";
-          },
-          "", "size"))
-      ->option_text("WxH");
+  add_size_option(command, options->size);
   add_method_option(command, options->run.method, {"two-pass", "radiosity", "raytrace", "hemicube", "reference"});
   command.add_option("--samples", options->picture.samples, "rays per pixel (default 4; reference 64)")
       ->check(number_within(1, 1 << 20))
@@ -157,7 +133,7 @@ void add_render(CLI::App& program, Command& chosen) {
       "  lichthof render scenes/two_rooms.toml -o dark.png --camera dark --cells 2x1 --solution rooms.lht\n"
       "  lichthof render rooms.lht -o lit.png --camera lit --exposure 1");
   command.callback([options, &chosen] {
-    read_size(options->size, options->picture);
+    read_size(options->size, options->picture.width, options->picture.height);
     options->picture.scheduling = options->balance == "boxes" ? Scheduling::boxes : Scheduling::adaptive;
     chosen = [options](Interruption& interruption) { return render(*options, interruption); };
   });

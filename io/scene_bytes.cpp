@@ -139,4 +139,26 @@ Expected<Scene> scene_from(std::string_view bytes, std::string_view texture_pixe
   return scene;
 }
 
+namespace {
+constexpr std::string_view parcel_mark = "lichthof scene 1";
+}
+
+std::string scene_parcel(const Scene& scene) {
+  std::string parcel(parcel_mark);
+  const std::string body = scene_bytes(scene);
+  const auto length = static_cast<std::uint64_t>(body.size());
+  parcel.append(reinterpret_cast<const char*>(&length), sizeof length);
+  return parcel + body + texture_bytes(scene);
+}
+
+Expected<Scene> scene_from_parcel(std::string_view parcel, const std::string& where) {
+  std::uint64_t length = 0;
+  const std::size_t head = parcel_mark.size() + sizeof length;
+  if (parcel.size() < head || !parcel.starts_with(parcel_mark)) return bad_input(where, "is no scene of lichthof");
+  std::memcpy(&length, parcel.data() + parcel_mark.size(), sizeof length);
+  parcel.remove_prefix(head);
+  if (length > parcel.size()) return bad_input(where, "is damaged: its scene is cut off");
+  return scene_from(parcel.substr(0, length), parcel.substr(length), where);
+}
+
 }  // namespace lichthof::io

@@ -33,7 +33,7 @@ const std::vector<SourceFile>& tree() {
   static const std::vector<SourceFile> files = [] {
     std::set<std::string> paths;
     for (const char* folder : {".ci", "actors", "apps", "bench", "cmake", "config", "core", "deploy", "docs", "io",
-                               "scenes", "sim", "tests"})
+                               "scenes", "sim", "tests", "web"})
       if (fs::is_directory(root() / folder))
         for (const auto& entry : fs::recursive_directory_iterator(root() / folder))
           if (entry.is_regular_file()) paths.insert(entry.path().lexically_relative(root()).generic_string());
@@ -128,6 +128,8 @@ TEST_SUITE("tidy") {
     CHECK(objects(rule, "io/obj_reader.cpp", "#include <caf/all.hpp>\n"));
     CHECK(objects(rule, "actors/wire.hpp", "#include <OpenImageIO/imageio.h>\n"));
     CHECK(objects(rule, "actors/wire.hpp", "#include <openssl/ssl.h>\n"));
+    CHECK(objects(rule, "apps/render.cpp", "#include <httplib.h>\n"));
+    CHECK(objects(rule, "apps/shell.cpp", "#include <histedit.h>\n"));
     CHECK_FALSE(objects(rule, "core/light/raycast.cpp", "#include <embree3/rtcore.h>\n"));
     CHECK_FALSE(objects(rule, "core/base/parallel.cpp", "#include <tbb/parallel_for.h>\n"));
     CHECK_FALSE(objects(rule, "actors/wire.hpp", "#include <caf/all.hpp>\n#include <vector>\n"));

@@ -13,7 +13,7 @@ namespace lichthof::apps {
 namespace {
 
 // The watching thread outlives main(), so what it touches does too.
-std::atomic<bool> is_asked{false};
+std::atomic<bool> is_asked{false}, is_final{false};
 std::atomic<int> deferrals{0};
 
 void say(std::string_view line) { (void)!::write(STDERR_FILENO, line.data(), line.size()); }
@@ -22,6 +22,7 @@ void say(std::string_view line) { (void)!::write(STDERR_FILENO, line.data(), lin
   while (true) {
     int signal = 0;
     if (sigwait(&signals, &signal) != 0) continue;
+    if (signal == SIGTERM) is_final = true;
     if (is_asked.exchange(true) || deferrals == 0) {
       say("lichthof: interrupted\n");
       ::_exit(1);
@@ -42,6 +43,10 @@ Interruption::Interruption() {
 }
 
 const std::atomic<bool>& Interruption::asked() const { return is_asked; }
+
+void Interruption::forget() {
+  if (!is_final) is_asked = false;
+}
 
 Interruption::Deferral::Deferral() { ++deferrals; }
 Interruption::Deferral::~Deferral() { --deferrals; }

@@ -16,6 +16,9 @@ class Interruption {
   /// Raised by the first signal while a Deferral lives.
   const std::atomic<bool>& asked() const;
 
+  /// Takes back what SIGINT asked for: a person's Ctrl-C ended one command of a shell, not the shell. SIGTERM stays.
+  void forget();
+
   /// Lives while somebody looks at asked() often, or while a file is being written.
   class Deferral {
    public:

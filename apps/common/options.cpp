@@ -19,6 +19,8 @@ constexpr std::array<std::pair<const char*, Method>, 5> method_table{{{"two-pass
                                                                       {"hemicube", Method::hemicube},
                                                                       {"reference", Method::reference}}};
 
+constexpr std::int64_t longest_side = 65536, most_pixels = std::int64_t{1} << 28;
+
 std::string joined(const std::vector<std::string>& words, const char* separator) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
@@ -137,6 +139,32 @@ void add_exposure_option(CLI::App& command, std::optional<double>& exposure_ev, 
                   "brightness of " + what + " in stops: radiance is multiplied by 2^EV (default: automatic)")
       ->check(number_within(-60, 60))
       ->option_text("EV");
+}
+
+bool read_size(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
+  const std::size_t cross = text.find_first_of("xX");
+  std::int64_t across = 0, down = 0;
+  if (cross == std::string::npos || !io::parse_integer(std::string_view(text).substr(0, cross), across) ||
+      !io::parse_integer(std::string_view(text).substr(cross + 1), down))
+    return false;
+  if (across < 1 || down < 1 || across > longest_side || down > longest_side || across * down > most_pixels)
+    return false;
+  width = static_cast<std::uint32_t>(across);
+  height = static_cast<std::uint32_t>(down);
+  return true;
+}
+
+void add_size_option(CLI::App& command, std::string& text) {
+  command.add_option("--size", text, "pixels (default 640x480)")
+      ->check(CLI::Validator(
+          [](std::string& given) {
+            std::uint32_t width = 0, height = 0;
+            return read_size(given, width, height)
+                       ? std::string()
+                       : io::in_quotes(given) + " is no size such as 640x480, at most 2^28 pixels";
+          },
+          "", "size"))
+      ->option_text("WxH");
 }
 
 unsigned threads_to_use(unsigned asked) {

@@ -61,6 +61,11 @@ unsigned threads_to_use(unsigned asked);
 enum class Least { included, excluded };
 CLI::Validator number_within(double least, double most, Least bound = Least::included);
 
+/// Adds --size: "640x480", at most 2^28 pixels; `text` is what is shown and kept.
+void add_size_option(CLI::App& command, std::string& text);
+/// Reads such a text. @returns false: it is something else
+bool read_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);
+
 /// One of a few words.
 CLI::Validator one_of(std::vector<std::string> words);
 

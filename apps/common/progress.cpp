@@ -66,6 +66,13 @@ void ProgressLine::show(double share_done) {
   rewrite(text + time_left(share_done, elapsed_s()));
 }
 
+void ProgressLine::show(const std::string& what, double share_done) {
+  if (!shown_) return;
+  char text[32];
+  std::snprintf(text, sizeof text, " %5.1f %%", 100 * std::clamp(share_done, 0.0, 1.0));
+  rewrite(what + text + time_left(share_done, elapsed_s()));
+}
+
 void ProgressLine::rewrite(const std::string& text) {
   const std::lock_guard lock(mutex_);
   std::fprintf(stderr, "\r%s\033[K", text.c_str());

@@ -17,9 +17,11 @@ class ProgressLine {
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
 
-  // Both may be called from any thread.
+  // All may be called from any thread.
   void show(const RadiosityProgress& progress);
   void show(double share_done);
+  /// @param what  "job 3 radiosity"
+  void show(const std::string& what, double share_done);
 
  private:
   double elapsed_s() const;

@@ -100,7 +100,7 @@ bool is_cmake(std::string_view path) { return ends(path, ".cmake") || ends(path,
 
 bool is_written_by_hand(std::string_view path) {
   return is_cpp(path) || is_cmake(path) || ends(path, ".py") || ends(path, ".sh") || ends(path, ".md") ||
-         ends(path, ".toml") || begins(path, "deploy/") || begins(path, ".ci/");
+         ends(path, ".toml") || ends(path, ".html") || begins(path, "deploy/") || begins(path, ".ci/");
 }
 
 bool begins_with_any(const std::string& path, const Strings& prefixes) {

@@ -63,6 +63,9 @@ const std::vector<Library>& libraries() {
       {"toml++/", {"io/"}},
       {"nlohmann/", {"io/", "apps/", "tests/", "bench/"}},
       {"CLI/", {"apps/"}},
+      {"httplib.h", {"apps/cluster/", "tests/"}},
+      {"histedit.h", {"apps/cluster/line_editor.cpp"}},
+      {"ncurses.h", {"apps/top.cpp"}},
       {"doctest/", {"tests/"}},
       // Files, clocks, threads and chance stay out of core and sim (AUDIT and MUST may write their last line).
       {"fstream", {"io/", "actors/", "apps/", "tests/", "bench/"}},

@@ -28,7 +28,8 @@ constexpr double most_seconds = 120;
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 void redirect(int stream, const std::string& path) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  const int how = stream == STDIN_FILENO ? O_RDONLY : O_WRONLY | O_CREAT;
+  const int file = ::open(path.c_str(), how | O_CLOEXEC, 0644);
   if (file < 0 || ::dup2(file, stream) < 0) ::_exit(126);
 }
 
@@ -122,7 +123,7 @@ Process::Process(const std::vector<std::string>& arguments, const Surroundings& 
   pid_ = ::fork();
   REQUIRE(pid_ >= 0);
   if (pid_ > 0) return;
-  redirect(STDIN_FILENO, "/dev/null");
+  redirect(STDIN_FILENO, around.stdin_from);
   redirect(STDOUT_FILENO, out_);
   redirect(STDERR_FILENO, err);
   if (around.largest_file) {

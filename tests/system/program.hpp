@@ -45,6 +45,7 @@ struct Outcome {
 struct Surroundings {
   std::optional<std::uint64_t> largest_file;  ///< bytes, like ulimit -f
   std::string stdout_to;                      ///< a file instead of a pipe
+  std::string stdin_from = "/dev/null";
 };
 
 /// A run under way.
