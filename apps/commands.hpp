@@ -16,6 +16,8 @@ void add_convert(CLI::App& program, Command& chosen);
 void add_doctor(CLI::App& program, Command& chosen);
 void add_bench(CLI::App& program, Command& chosen);
 void add_keys(CLI::App& program, Command& chosen);
+void add_controller(CLI::App& program, Command& chosen);
+void add_node(CLI::App& program, Command& chosen);
 void add_submit(CLI::App& program, Command& chosen);
 void add_jobs(CLI::App& program, Command& chosen);
 void add_top(CLI::App& program, Command& chosen);

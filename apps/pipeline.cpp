@@ -8,54 +8,18 @@
 
 #include "actors/local_run.hpp"
 #include "apps/common/camera_choice.hpp"
+#include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
-#include "core/light/lit_sides.hpp"
-#include "core/tracing/column_tracer.hpp"
+#include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
 namespace lichthof::apps {
 
 namespace {
 
-// Blocks are numbered with 16 bits along each axis.
-constexpr double most_blocks = 60000;
 // Sensor points are written with 6 or 7 digits: this far from a surface counts as on it, in sizes of the scene.
 constexpr double on_surface = 1e-5;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
-
-double total_area(const Scene& scene) {
-  double area = 0;
-  for (const Surface& surface : scene.surfaces) area += surface.area;
-  return area;
-}
-
-/// Size of a block (m) before the mesh is there: both sides of all surfaces could be lit, one side usually is.
-double expected_block(const Scene& scene, const MeshOptions& options) {
-  if (options.patch_size > 0) return 2 * options.patch_size;
-  if (options.element_size > 0) return 8 * options.element_size;
-  return 8 * std::sqrt(total_area(scene) / options.target_elements);
-}
-
-/// Refuses sizes that are typing errors before memory is taken for them.
-Status plausible_sizes(const Scene& scene, const MeshOptions& options) {
-  if (options.patch_size <= 0 && options.element_size <= 0) return Done{};
-  const double patch = options.patch_size > 0 ? options.patch_size : 4 * options.element_size;
-  // A patch holds at most 16 elements, however small they are asked to be.
-  const double element = std::max(options.element_size > 0 ? options.element_size : patch / 4, patch / 4);
-  const double elements = 2 * total_area(scene) / (element * element);
-  const char* option = options.patch_size > 0 ? "--patch" : "--element";
-  if (elements > most_elements) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "would cut the scene into some %.2g elements, at most %.2g are possible; choose a larger size",
-                  elements, static_cast<double>(most_elements));
-    return Error{ErrorCode::bad_input, option, text};
-  }
-  if (max_channel(bounds(scene).size()) / (2 * patch) > most_blocks)
-    return Error{ErrorCode::bad_input, option,
-                 "is below a hundred-thousandth of the scene's size; choose a larger size"};
-  return Done{};
-}
 
 double emitted_power_w(const Scene& scene) {
   double power = 0;
@@ -163,18 +127,14 @@ MeshOptions Run::mesh_options() const {
 
 Status Run::mesh() {
   const MeshOptions wanted = mesh_options();
-  if (Status plausible = plausible_sizes(*scene_, wanted); !plausible) return plausible;
-  if (wanted.element_size > 0 && wanted.element_size < wanted.patch_size / 4)
-    spdlog::warn("a patch holds at most 16 elements: those of patches of {} m are larger than the {} m asked for",
-                 wanted.patch_size, wanted.element_size);
-  const RayScene rays(*scene_, scene_->surfaces, bounds(*scene_).centre(), Glass::clear);
-  const std::vector<LitSides> lit = lit_sides(*scene_, rays, expected_block(*scene_, wanted), *parallel_);
-  auto mesh = std::make_shared<Mesh>(mesh_of(*scene_, wanted, lit));
-  if (mesh->elements.empty())
-    return Error{ErrorCode::bad_input, options_.input,
-                 "has no face that could be lit: glass and hidden faces hold no light"};
-  spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh->options.patch_size, mesh->options.element_size);
-  mesh_ = std::move(mesh);
+  Expected<std::shared_ptr<const Mesh>> mesh = mesh_for(*scene_, wanted, *parallel_);
+  if (!mesh) {
+    Error error = mesh.error();
+    if (error.where.empty()) error.where = options_.input;
+    return error;
+  }
+  mesh_ = std::move(*mesh);
+  spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh_->options.patch_size, mesh_->options.element_size);
   return Done{};
 }
 

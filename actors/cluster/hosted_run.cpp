@@ -30,6 +30,10 @@ JobSource::behavior_type balancer_elsewhere(JobSource::pointer, SendTo send) {
           [send](const ColumnResult& message) { send(message); }};
 }
 
+bool is_begun(const Solution& s) {
+  return std::any_of(s.shot.begin(), s.shot.end(), [](const Rgbf& shot) { return shot != Rgbf{0.f}; });
+}
+
 Error impossible(const std::string& what) { return {ErrorCode::bad_input, "run", what}; }
 
 }  // namespace
@@ -64,7 +68,6 @@ Status HostedRun::make_cells(NodeId own, unsigned threads) {
   options.hemicube_resolution = s.options.hemicube_resolution;
   options.epoch = share_.epoch;
   const bool is_divided = grid_->cell_count() > 1;
-  const bool is_begun = std::any_of(s.shot.begin(), s.shot.end(), [](const Rgbf& shot) { return shot != Rgbf{0.f}; });
   std::set<NodeId> partners;
   for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value) {
     if (share_.cells[cell.value] != own) continue;
@@ -72,7 +75,7 @@ Status HostedRun::make_cells(NodeId own, unsigned threads) {
     // A cell that is alone has no boundary to clip to.
     const Box box = is_divided ? grid_->box(cell) : Box{Vec3{-1e300}, Vec3{1e300}};
     hosted->light = std::make_shared<CellLight>(s.scene, s.mesh, groups_[cell.value], box, transfer, parallel);
-    if (is_begun) hosted->light->load(s);
+    if (is_begun(s)) hosted->light->load(s);
     hosted->machine = std::make_shared<Cell>(cell, grid_, std::make_unique<RealLight>(hosted->light), options);
     cells_.emplace(cell, std::move(hosted));
     const CellPosition here = grid_->position(cell);
@@ -104,7 +107,9 @@ Status HostedRun::make_source() {
   wish.camera = *camera;
   wish.width = spec.width, wish.height = spec.height;
   wish.samples = spec.samples, wish.gather_rays = spec.gather_rays;
-  source_ = picture_source(std::make_shared<const LitScene>(*solution_), wish);
+  // Methods without a first pass take their ambient light from the scene alone.
+  const bool is_lit = is_begun(*solution_);
+  source_ = picture_source(is_lit ? std::make_shared<const LitScene>(*solution_) : std::make_shared<const LitScene>(solution_->scene), wish);
   return Done{};
 }
 

@@ -1,0 +1,69 @@
+/// The real lab behind the desk: turns what people ask for into orders for the lead, and what the lead knows into documents.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "actors/cluster/lead.hpp"
+#include "apps/cluster/lab_service.hpp"
+
+namespace lichthof::apps {
+
+struct LabOptions {
+  actors::LeadOptions lead;  ///< its files and logs are set by open()
+  unsigned threads = 1;      ///< for meshing what is submitted
+};
+
+class Lab final : public LabService {
+ public:
+  /// @error as actors::Lead::start()
+  static Expected<std::unique_ptr<Lab>> open(LabOptions options);
+
+  std::uint16_t port() const { return lead_->port(); }
+
+  nlohmann::json nodes() override;
+  nlohmann::json actors() override;
+  nlohmann::json jobs() override;
+  Expected<nlohmann::json> job(std::uint64_t id) override;
+  bool has_scene(const std::string& hash) override;
+  Expected<std::string> add_scene(const std::string& bytes) override;
+  Expected<std::uint64_t> submit(const nlohmann::json& spec, const Caller& caller) override;
+  Status cancel(std::uint64_t job) override;
+  Status resume(std::uint64_t job) override;
+  Status drain(const std::string& node, bool on) override;
+  Status kick(const std::string& node) override;
+  Expected<std::string> result(std::uint64_t job, const std::string& kind) override;
+  Expected<std::string> log(std::uint64_t job) override;
+  nlohmann::json methods() override;
+  std::string metrics() override;
+  Expected<std::string> picture_so_far(std::uint64_t job) override;
+
+ private:
+  explicit Lab(LabOptions options) : options_(std::move(options)) {}
+  /// A view that is at most so fresh as a screen needs.
+  actors::LabView view();
+  void sample(const actors::LabView& view);
+  Expected<actors::JobView> job_view(std::uint64_t id);
+  std::string scene_path(const std::string& hash) const;
+  std::string log_path(JobId job) const;
+
+  LabOptions options_;
+  std::unique_ptr<actors::Lead> lead_;
+
+  /// Counters of an actor at the last look, and what has become of them.
+  struct Load {
+    std::uint64_t busy_ns = 0, steps = 0, shots = 0, rays = 0;
+    double busy_share = 0, shots_per_s = 0, rays_per_s = 0;
+    std::uint64_t depth = 0;
+  };
+  using ActorKey = std::pair<std::uint32_t, std::string>;  ///< node, name with job
+  std::mutex mutex_;
+  actors::LabView view_;
+  std::chrono::steady_clock::time_point viewed_, sampled_;
+  std::map<ActorKey, Load> loads_;
+};
+
+}  // namespace lichthof::apps
