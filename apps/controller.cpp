@@ -67,8 +67,8 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
   if (options.talk.json)
     std::printf("{\"people\": %u, \"nodes\": %u}\n", (*desk)->port(), (*lab)->port());
   else if (!options.talk.quiet)
-    std::printf("people: http%s://%s:%u/   nodes: %s:%u   state: %s\n", has_keys ? "s" : "", options.listen.c_str(), (*desk)->port(),
-                options.listen.c_str(), (*lab)->port(), lead.folder.c_str());
+    std::printf("people: http%s://%s:%u/   nodes: %s:%u   state: %s\n", has_keys ? "s" : "", options.listen.c_str(),
+                (*desk)->port(), options.listen.c_str(), (*lab)->port(), lead.folder.c_str());
   std::fflush(stdout);
   while (!interruption.asked()) std::this_thread::sleep_for(50ms);
   return Done{};
@@ -79,10 +79,13 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
 void add_controller(CLI::App& program, Command& chosen) {
   auto options = std::make_shared<ControllerOptions>();
   CLI::App& command = *program.add_subcommand("controller", "serve a lab: nodes join, people submit jobs");
-  command.add_option("--listen", options->listen, "address for people and nodes (default 127.0.0.1)")->option_text("HOST");
-  command.add_option("--port", options->port, "for people: shell, submit, jobs, top, browsers (default 7410; 0: any)")->option_text("PORT");
+  command.add_option("--listen", options->listen, "address for people and nodes (default 127.0.0.1)")
+      ->option_text("HOST");
+  command.add_option("--port", options->port, "for people: shell, submit, jobs, top, browsers (default 7410; 0: any)")
+      ->option_text("PORT");
   command.add_option("--node-port", options->node_port, "for nodes (default 7411; 0: any)")->option_text("PORT");
-  command.add_option("--state", options->folder, "folder of jobs and results (default ~/.local/state/lichthof/controller)")
+  command
+      .add_option("--state", options->folder, "folder of jobs and results (default ~/.local/state/lichthof/controller)")
       ->option_text("DIR");
   command.add_option("--placement", options->placement, "of cells onto nodes (default neighbours)")
       ->check(one_of({"neighbours", "proportional", "round-robin"}))
@@ -91,17 +94,20 @@ void add_controller(CLI::App& program, Command& chosen) {
       ->check(number_within(0.1, 86400))
       ->option_text("SECONDS");
   command.add_option("--authority", options->tls.authority, "the lab's certificate")->option_text("ca.crt");
-  auto* certificate = command.add_option("--certificate", options->tls.certificate, "this controller's certificate")->option_text("NAME.crt");
+  auto* certificate = command.add_option("--certificate", options->tls.certificate, "this controller's certificate")
+                          ->option_text("NAME.crt");
   auto* key = command.add_option("--key", options->tls.key, "its key")->option_text("NAME.key");
   certificate->needs("--authority")->needs(key);
-  command.add_flag("--insecure", options->insecure, "in the clear beyond this machine; whoever reaches it may do anything");
+  command.add_flag("--insecure", options->insecure,
+                   "in the clear beyond this machine; whoever reaches it may do anything");
   add_output_options(command, options->talk);
   command.footer(
       "Beyond this machine nodes and people need certificates of the lab: see lichthof keys.\n"
       "\nExamples:\n"
       "  lichthof controller\n"
       "  lichthof controller --listen 10.0.0.1 --authority keys/ca.crt --certificate keys/lab.crt --key keys/lab.key");
-  command.callback([options, &chosen] { chosen = [options](Interruption& interruption) { return run(*options, interruption); }; });
+  command.callback(
+      [options, &chosen] { chosen = [options](Interruption& interruption) { return run(*options, interruption); }; });
 }
 
 }  // namespace lichthof::apps

@@ -1,11 +1,12 @@
 /// `lichthof node`: the daemon on a workstation. It joins a controller and works for it.
+#include "actors/cluster/node.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <memory>
 #include <string>
 #include <thread>
 
-#include "actors/cluster/node.hpp"
 #include "apps/cluster/desk_client.hpp"
 #include "apps/cluster/machine_facts.hpp"
 #include "apps/commands.hpp"
@@ -46,11 +47,13 @@ Status run(const NodeCommand& command, const Interruption& interruption) {
   options.lead_host = lead->host, options.lead_port = lead->port;
   options.cache = (command.cache.empty() ? cache_folder() : command.cache) + "/node-" + options.link.own.name;
   options.facts.cores = options.threads;
-  options.facts.memory_bytes = command.memory_gib > 0 ? static_cast<std::uint64_t>(command.memory_gib * (1ull << 30)) : total_memory_bytes();
+  options.facts.memory_bytes =
+      command.memory_gib > 0 ? static_cast<std::uint64_t>(command.memory_gib * (1ull << 30)) : total_memory_bytes();
   options.facts.rays_per_s = measured_rays_per_s();
   options.read_solution = io::read_solution;
   options.free_memory_bytes = free_memory_bytes, options.used_memory_bytes = used_memory_bytes;
-  spdlog::info("{}: {} threads, {:.1f} Mray/s each", options.link.own.name, options.threads, options.facts.rays_per_s / 1e6);
+  spdlog::info("{}: {} threads, {:.1f} Mray/s each", options.link.own.name, options.threads,
+               options.facts.rays_per_s / 1e6);
   return actors::run_node(options, interruption.asked());
 }
 
@@ -59,17 +62,27 @@ Status run(const NodeCommand& command, const Interruption& interruption) {
 void add_node(CLI::App& program, Command& chosen) {
   auto node = std::make_shared<NodeCommand>();
   CLI::App& command = *program.add_subcommand("node", "work for a lab's controller, on this machine");
-  command.add_option("--join", node->join, "the controller; port 7411 unless said")->required()->option_text("HOST[:PORT]");
-  command.add_option("--listen", node->listen, "address where other nodes reach this one (default 127.0.0.1)")->option_text("HOST");
+  command.add_option("--join", node->join, "the controller; port 7411 unless said")
+      ->required()
+      ->option_text("HOST[:PORT]");
+  command.add_option("--listen", node->listen, "address where other nodes reach this one (default 127.0.0.1)")
+      ->option_text("HOST");
   command.add_option("--port", node->port, "and port (default: any free one)")->option_text("PORT");
   command.add_option("--name", node->name, "in lists and logs (default: the host's); a certificate's goes before")
-      ->check([](const std::string& name) { return actors::is_name(name) ? "" : "is no name: letters, digits and ._-"; })
+      ->check(
+          [](const std::string& name) { return actors::is_name(name) ? "" : "is no name: letters, digits and ._-"; })
       ->option_text("NAME");
-  command.add_option("--threads", node->threads, "cores to use (default: all)")->check(number_within(1, 4096))->option_text("N");
-  command.add_option("--memory", node->memory_gib, "memory to offer (default: all)")->check(number_within(0.1, 1e6))->option_text("GIB");
-  command.add_option("--cache", node->cache, "folder for what the controller hands out (default ~/.cache/lichthof)")->option_text("DIR");
+  command.add_option("--threads", node->threads, "cores to use (default: all)")
+      ->check(number_within(1, 4096))
+      ->option_text("N");
+  command.add_option("--memory", node->memory_gib, "memory to offer (default: all)")
+      ->check(number_within(0.1, 1e6))
+      ->option_text("GIB");
+  command.add_option("--cache", node->cache, "folder for what the controller hands out (default ~/.cache/lichthof)")
+      ->option_text("DIR");
   command.add_option("--authority", node->tls.authority, "the lab's certificate")->option_text("ca.crt");
-  auto* certificate = command.add_option("--certificate", node->tls.certificate, "this node's certificate")->option_text("NAME.crt");
+  auto* certificate =
+      command.add_option("--certificate", node->tls.certificate, "this node's certificate")->option_text("NAME.crt");
   auto* key = command.add_option("--key", node->tls.key, "its key")->option_text("NAME.key");
   certificate->needs("--authority")->needs(key);
   command.add_flag("--insecure", node->insecure, "in the clear beyond this machine");
@@ -78,8 +91,10 @@ void add_node(CLI::App& program, Command& chosen) {
       "The node dials its controller until it answers, and again when it was gone.\n"
       "\nExamples:\n"
       "  lichthof node --join localhost\n"
-      "  lichthof node --join lab.example.org --listen 10.0.0.7 --authority ca.crt --certificate node7.crt --key node7.key");
-  command.callback([node, &chosen] { chosen = [node](Interruption& interruption) { return run(*node, interruption); }; });
+      "  lichthof node --join lab.example.org --listen 10.0.0.7 --authority ca.crt --certificate node7.crt --key "
+      "node7.key");
+  command.callback(
+      [node, &chosen] { chosen = [node](Interruption& interruption) { return run(*node, interruption); }; });
 }
 
 }  // namespace lichthof::apps

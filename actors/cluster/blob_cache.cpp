@@ -20,7 +20,8 @@ Error failed(const std::string& path, const char* what) { return {ErrorCode::io,
 }  // namespace
 
 bool is_sha256(const std::string& text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 Expected<std::string> sha256_of_file(const std::string& path) {

@@ -28,10 +28,12 @@ class BlobCache {
   /// Takes a file over by renaming it. @returns its hash @error io
   Expected<std::string> adopt(const std::string& path);
   /// A stretch of a blob that is here. @param total  its size @error bad_input: it is not here
-  Expected<std::vector<std::uint8_t>> part(const std::string& hash, std::uint64_t offset, std::size_t most, std::uint64_t& total) const;
+  Expected<std::vector<std::uint8_t>> part(const std::string& hash, std::uint64_t offset, std::size_t most,
+                                           std::uint64_t& total) const;
   /// Appends to a blob under way. @returns whether it is whole and its hash right
   /// @error io; bad_input: a gap, or the bytes have another hash (what had arrived is thrown away)
-  Expected<bool> append(const std::string& hash, std::uint64_t offset, std::uint64_t total, std::span<const std::uint8_t> bytes);
+  Expected<bool> append(const std::string& hash, std::uint64_t offset, std::uint64_t total,
+                        std::span<const std::uint8_t> bytes);
   /// Makes room. @param keep  not this one
   void trim(const std::string& keep) const;
   std::string path(const std::string& hash) const { return folder_ + "/" + hash + ".lht"; }

@@ -7,8 +7,8 @@ namespace lichthof::actors {
 
 namespace {
 
-constexpr std::uint32_t max_actors = 1u << 14, max_nodes = 1u << 16, max_light = 1u << 28, max_blob = 2 * blob_part_bytes,
-                        max_numbers = 1u << 8;
+constexpr std::uint32_t max_actors = 1u << 14, max_nodes = 1u << 16, max_light = 1u << 28,
+                        max_blob = 2 * blob_part_bytes, max_numbers = 1u << 8;
 
 }  // namespace
 
@@ -107,10 +107,14 @@ static void fields(Codec& c, Field<Codec, Dismissed> message) {
 
 Address address(const RunMessage& message) {
   switch (message.to_kind) {
-    case 0: return ToController{};
-    case 1: return ToBalancer{};
-    case 2: return CellId{message.to};
-    default: return WorkerId{message.to};
+    case 0:
+      return ToController{};
+    case 1:
+      return ToBalancer{};
+    case 2:
+      return CellId{message.to};
+    default:
+      return WorkerId{message.to};
   }
 }
 

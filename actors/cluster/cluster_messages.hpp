@@ -27,7 +27,7 @@ struct Registration {
   std::string name;
   std::uint32_t cores = 1;
   std::uint64_t memory_bytes = 0;
-  double rays_per_s = 0;            ///< of one core
+  double rays_per_s = 0;  ///< of one core
 };
 struct Welcome {
   NodeId node;
@@ -35,7 +35,7 @@ struct Welcome {
 
 /// How a node does; once a second.
 struct NodeReport {
-  double busy_share = 0;            ///< of its cores, of this process
+  double busy_share = 0;  ///< of its cores, of this process
   std::uint64_t free_memory_bytes = 0, used_memory_bytes = 0;
   std::vector<std::string> actors;  ///< one line each: kind, run, counters; see load_line
 };
@@ -49,9 +49,9 @@ struct Peer {
 
 /// What a picture is of; plain numbers, so that every node makes the same of it.
 struct PictureSpec {
-  std::uint8_t method = 0;          ///< place in TracingMethod; 255: path tracing
+  std::uint8_t method = 0;  ///< place in TracingMethod; 255: path tracing
   std::uint32_t width = 640, height = 480, samples = 4, gather_rays = 0;
-  std::vector<double> camera;       ///< eye, target, up, field of view: 10 numbers
+  std::vector<double> camera;  ///< eye, target, up, field of view: 10 numbers
 };
 
 /// Make machines for a run: cells of the first pass, or workers of the second.
@@ -59,9 +59,9 @@ struct HostShare {
   JobId job;
   Epoch epoch;
   Pass pass = Pass::radiosity;
-  std::string solution;             ///< hash of the blob to begin with: scene, mesh, options, light so far
-  std::vector<NodeId> cells;        ///< who hosts which, by CellId
-  std::vector<Peer> peers;          ///< all who host cells
+  std::string solution;       ///< hash of the blob to begin with: scene, mesh, options, light so far
+  std::vector<NodeId> cells;  ///< who hosts which, by CellId
+  std::vector<Peer> peers;    ///< all who host cells
   PictureSpec picture;
   std::uint32_t first_worker = 0, workers = 0;
 };
@@ -83,8 +83,8 @@ struct ReleaseShare {
 struct RunMessage {
   JobId job;
   Epoch epoch;
-  std::uint8_t to_kind = 0;         ///< place in Address
-  std::uint32_t to = 0;             ///< its number
+  std::uint8_t to_kind = 0;  ///< place in Address
+  std::uint32_t to = 0;      ///< its number
   std::vector<std::uint8_t> message;
 };
 Address address(const RunMessage& message);
@@ -100,8 +100,8 @@ struct CellImage {
   JobId job;
   Epoch epoch;
   CellId cell;
-  std::vector<float> light;         ///< 9 per element
-  std::vector<double> sums;         ///< see cell_image.cpp
+  std::vector<float> light;  ///< 9 per element
+  std::vector<double> sums;  ///< see cell_image.cpp
   std::vector<std::uint64_t> counters;
 };
 
@@ -119,8 +119,8 @@ struct Dismissed {
   std::string reason;
 };
 
-using ClusterMessage = std::variant<Registration, Welcome, NodeReport, HostShare, Hosted, HostFailed, ReleaseShare, RunMessage,
-                                    CollectCells, CellImage, WantBlob, BlobPart, Dismissed>;
+using ClusterMessage = std::variant<Registration, Welcome, NodeReport, HostShare, Hosted, HostFailed, ReleaseShare,
+                                    RunMessage, CollectCells, CellImage, WantBlob, BlobPart, Dismissed>;
 
 constexpr std::uint8_t cluster_wire_version = 1;
 constexpr std::size_t blob_part_bytes = 1u << 20;

@@ -95,8 +95,8 @@ Status HostedRun::make_cells(NodeId own, unsigned threads) {
 Status HostedRun::make_source() {
   const PictureSpec& spec = share_.picture;
   const bool is_plausible = spec.camera.size() == 10 && spec.width >= 1 && spec.height >= 1 && spec.width <= 65536 &&
-                            spec.height <= 65536 && spec.samples >= 1 && share_.workers >= 1 && share_.workers <= 4096 &&
-                            (spec.method <= 2 || spec.method == 255);
+                            spec.height <= 65536 && spec.samples >= 1 && share_.workers >= 1 &&
+                            share_.workers <= 4096 && (spec.method <= 2 || spec.method == 255);
   if (!is_plausible) return impossible("has a picture that can not be");
   const std::vector<double>& c = spec.camera;
   const Expected<Camera> camera = checked(Camera{"", {c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}, c[9]});
@@ -109,7 +109,8 @@ Status HostedRun::make_source() {
   wish.samples = spec.samples, wish.gather_rays = spec.gather_rays;
   // Methods without a first pass take their ambient light from the scene alone.
   const bool is_lit = is_begun(*solution_);
-  source_ = picture_source(is_lit ? std::make_shared<const LitScene>(*solution_) : std::make_shared<const LitScene>(solution_->scene), wish);
+  source_ = picture_source(
+      is_lit ? std::make_shared<const LitScene>(*solution_) : std::make_shared<const LitScene>(solution_->scene), wish);
   return Done{};
 }
 
@@ -138,8 +139,8 @@ void HostedRun::start_cells(caf::actor_system& system) {
   }
   for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value)
     if (!sinks[cell.value])
-      sinks[cell.value] =
-          company_->join(system.spawn(cell_elsewhere, SendTo([this, cell](const Message& message) { send_(cell, message); })));
+      sinks[cell.value] = company_->join(
+          system.spawn(cell_elsewhere, SendTo([this, cell](const Message& message) { send_(cell, message); })));
   Introduction introduction;
   introduction.controller = company_->join(
       system.spawn(controller_elsewhere, SendTo([this](const Message& message) { send_(ToController{}, message); })));
@@ -174,7 +175,8 @@ bool HostedRun::deliver(const RunMessage& message, Message content) {
     const CellActor& cell = found->second->actor;
     return std::visit(
         [&]<class M>(M& one) {
-          if constexpr (is_one_of<M, std::variant<HemicubeMessage, StartRadiosity, PollCell, StopRadiosity, GeometryChange>>) {
+          if constexpr (is_one_of<M, std::variant<HemicubeMessage, StartRadiosity, PollCell, StopRadiosity,
+                                                  GeometryChange>>) {
             caf::anon_send(cell, std::move(one));
             return true;
           }
@@ -201,12 +203,14 @@ CellImage HostedRun::image(const Cell& cell) const {
   CellImage image{share_.job, share_.epoch, cell.id(), cell_values(all, groups_[cell.id().value]), {}, {}};
   const CellOutlook o = light.outlook();
   const CellPower p = light.power();
-  for (const Rgb& sum : {o.sent_w, o.received_w, o.unshot_w, o.reflected_w, o.white_area, p.emitted, p.absorbed, p.unshot})
+  for (const Rgb& sum :
+       {o.sent_w, o.received_w, o.unshot_w, o.reflected_w, o.white_area, p.emitted, p.absorbed, p.unshot})
     image.sums.insert(image.sums.end(), {sum.x, sum.y, sum.z});
   image.sums.push_back(o.area);
   const SolveCounters& c = cell.counters();
-  image.counters = {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
-                    c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut};
+  image.counters = {c.shots,           c.rays,         c.rays_saved,       c.form_factors,  c.messages,
+                    c.bytes_sent,      c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped, c.clusters_tested,
+                    c.clusters_hidden, c.clusters_cut};
   return image;
 }
 
@@ -231,8 +235,8 @@ std::vector<std::string> HostedRun::load() const {
     std::uint64_t shots = 0, rays = 0;
     for (const auto& [id, hosted] : cells_)
       if (meter->name == text(Address{id})) shots = hosted->shots, rays = hosted->rays;
-    lines.push_back(meter->name + '\t' + std::to_string(share_.job.value) + '\t' + std::to_string(meter->busy_ns) + '\t' +
-                    std::to_string(meter->depth) + '\t' + std::to_string(meter->arrived) + '\t' +
+    lines.push_back(meter->name + '\t' + std::to_string(share_.job.value) + '\t' + std::to_string(meter->busy_ns) +
+                    '\t' + std::to_string(meter->depth) + '\t' + std::to_string(meter->arrived) + '\t' +
                     std::to_string(meter->steps) + '\t' + std::to_string(shots) + '\t' + std::to_string(rays));
   }
   return lines;

@@ -56,7 +56,8 @@ class HostedRun {
     CellActor actor;
     std::atomic<std::uint64_t> processed{0}, shots{0}, rays{0};
   };
-  HostedRun(const HostShare& share, std::shared_ptr<const Solution> solution) : share_(share), solution_(std::move(solution)) {}
+  HostedRun(const HostShare& share, std::shared_ptr<const Solution> solution)
+      : share_(share), solution_(std::move(solution)) {}
   Status make_cells(NodeId own, unsigned threads);
   Status make_source();
   void start_cells(caf::actor_system& system);

@@ -32,7 +32,7 @@ struct Written {
   Epoch epoch;
   bool is_end = false;
   std::uint64_t sequence = 0;  ///< of the writings of this lead: an older one never replaces a newer
-  std::string hash;    ///< empty: see reason
+  std::string hash;            ///< empty: see reason
   std::string reason;
   EnergyLedger energy;
   SolveCounters counters;
@@ -100,7 +100,10 @@ class LeadState {
     const NodeId node{++last_node_};
     node_of_[peer] = node;
     KnownNode& known = nodes_[node];
-    known = {stranger->second.who.name, peer, {node, stranger->second.host, stranger->second.port, stranger->second.boot_id}, {}};
+    known = {stranger->second.who.name,
+             peer,
+             {node, stranger->second.host, stranger->second.port, stranger->second.boot_id},
+             {}};
     strangers_.erase(stranger);
     spdlog::info("node {} ({}) joined: {} cores, {:.1f} Mray/s each, {:.1f} GiB", node.value, known.name, facts.cores,
                  facts.rays_per_s / 1e6, static_cast<double>(facts.memory_bytes) / (1u << 30));
@@ -187,7 +190,8 @@ class LeadState {
       seen.columns_done = lab_job.state == JobState::done ? seen.columns : 0;
       if (job.run) {
         seen.radiosity = job.run->radiosity(), seen.cells = job.run->cells();
-        if (const Balancer* balancer = job.run->balancer()) seen.columns_done = balancer->finished_columns(), seen.rays = balancer->rays();
+        if (const Balancer* balancer = job.run->balancer())
+          seen.columns_done = balancer->finished_columns(), seen.rays = balancer->rays();
       }
       seen.seconds = 1e-9 * static_cast<double>((job.ended.value_or(now) - job.submitted).ns);
     }
@@ -221,13 +225,17 @@ class LeadState {
     job.written = written.sequence;
     if (written.hash.empty()) {
       say(written.job, "the light can not be kept: " + written.reason);
-      if (written.is_end) dispatcher_.pass_failed(written.job, written.epoch, written.reason, clock_.now());
-      else dispatcher_.checkpoint_failed(written.job, written.epoch, clock_.now());
+      if (written.is_end)
+        dispatcher_.pass_failed(written.job, written.epoch, written.reason, clock_.now());
+      else
+        dispatcher_.checkpoint_failed(written.job, written.epoch, clock_.now());
     } else {
       job.kept.solution = written.hash;
       job.energy = written.energy, job.counters = written.counters;
-      if (written.is_end) dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
-      else dispatcher_.checkpoint_kept(written.job, written.epoch, clock_.now());
+      if (written.is_end)
+        dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
+      else
+        dispatcher_.checkpoint_kept(written.job, written.epoch, clock_.now());
     }
     step();
   }
@@ -243,7 +251,7 @@ class LeadState {
     KeptJob kept;
     std::unique_ptr<RunLead> run;
     std::uint64_t written = 0;  ///< sequence of the light kept last
-    std::string begun_with;  ///< blob that the epoch under way began with
+    std::string begun_with;     ///< blob that the epoch under way began with
     Instant submitted;
     std::optional<Instant> ended;
     EnergyLedger energy;
@@ -295,8 +303,9 @@ class LeadState {
     Job& job = jobs_[order.job];
     const bool is_new = !job.run || job.run->epoch() != order.epoch;
     if (is_new) {
-      job.run = std::make_unique<RunLead>(order, job.kept.order.picture, job.kept.order.eps,
-                                          [this](NodeId node, const ClusterMessage& message) { to_node(node, message); });
+      job.run =
+          std::make_unique<RunLead>(order, job.kept.order.picture, job.kept.order.eps,
+                                    [this](NodeId node, const ClusterMessage& message) { to_node(node, message); });
       const bool is_first = order.pass == Pass::radiosity && !order.from_checkpoint;
       job.begun_with = is_first ? job.kept.order.solution : job.kept.solution;
     }
@@ -330,8 +339,10 @@ class LeadState {
     for (const auto& [node, known] : nodes_)
       if (!order.node || *order.node == node) to_node(node, ReleaseShare{order.job, order.epoch});
     if (!job.run || job.run->epoch() != order.epoch) return;
-    if (order.node) job.run->lose_workers(*order.node, clock_.now());
-    else job.run.reset();
+    if (order.node)
+      job.run->lose_workers(*order.node, clock_.now());
+    else
+      job.run.reset();
   }
   void carry_out(const TakeCheckpoint& order) {
     if (RunLead* const run = run_at(order.job, order.epoch)) {
@@ -342,7 +353,8 @@ class LeadState {
   void carry_out(const JobEnded& order) {
     static constexpr const char* words[] = {"queued", "running", "done", "failed", "cancelled"};
     jobs_[order.job].ended = clock_.now();
-    say(order.job, std::string(words[static_cast<std::size_t>(order.state)]) + (order.reason.empty() ? "" : ": " + order.reason));
+    say(order.job,
+        std::string(words[static_cast<std::size_t>(order.state)]) + (order.reason.empty() ? "" : ": " + order.reason));
   }
   void carry_out(const DropNode& order) {
     const auto found = nodes_.find(order.node);
@@ -362,14 +374,17 @@ class LeadState {
     if (run.pass() == Pass::picture) {
       const std::string path = options_.folder + "/results/" + std::to_string(run.job().value) + ".exr";
       const Status written = options_.write_picture(path, run.balancer()->image());
-      if (written) dispatcher_.pass_finished(run.job(), run.epoch(), clock_.now());
-      else dispatcher_.pass_failed(run.job(), run.epoch(), written.error().text(), clock_.now());
+      if (written)
+        dispatcher_.pass_finished(run.job(), run.epoch(), clock_.now());
+      else
+        dispatcher_.pass_failed(run.job(), run.epoch(), written.error().text(), clock_.now());
       return;
     }
     // On a thread of its own: reading and writing take seconds.
     const caf::actor lead = caf::actor_cast<caf::actor>(self_);
     self_->system().spawn<caf::detached>(
-        [lead, sequence = ++last_writing_, id = run.job(), epoch = run.epoch(), is_end = wants == RunLead::Wants::end, base = blobs_->find(job.begun_with),
+        [lead, sequence = ++last_writing_, id = run.job(), epoch = run.epoch(), is_end = wants == RunLead::Wants::end,
+         base = blobs_->find(job.begun_with),
          images = std::make_shared<std::map<CellId, CellImage>>(run.take_images(clock_.now())), options = options_,
          blobs = blobs_](caf::event_based_actor* writer) {
           Written written{id, epoch, is_end, sequence, "", "", {}, {}};
@@ -383,15 +398,17 @@ class LeadState {
   }
 
   /// @returns why it failed
-  static std::string keep_light(Written& written, const std::optional<std::string>& base, const std::map<CellId, CellImage>& images,
-                                const LeadOptions& options, BlobCache& blobs) {
+  static std::string keep_light(Written& written, const std::optional<std::string>& base,
+                                const std::map<CellId, CellImage>& images, const LeadOptions& options,
+                                BlobCache& blobs) {
     if (!base) return "what the pass began with is gone";
     Expected<Solution> solution = options.read_solution(*base);
     if (!solution) return solution.error().text();
     if (Status put = put_images(*solution, images); !put) return put.error().text();
     solution->converged = written.is_end;
     if (written.is_end) solution->energy.escaped = escaped_power(*solution, Parallel(options.threads));
-    const std::string path = options.folder + "/light." + std::to_string(written.job.value) + "." + std::to_string(written.sequence);
+    const std::string path =
+        options.folder + "/light." + std::to_string(written.job.value) + "." + std::to_string(written.sequence);
     if (Status kept = options.write_solution(path, *solution); !kept) return kept.error().text();
     Expected<std::string> hash = blobs.adopt(path);
     if (!hash) return hash.error().text();
@@ -415,8 +432,10 @@ class LeadState {
     const auto found = nodes_.find(node);
     if (found == nodes_.end()) return;
     auto bytes = std::make_shared<const Bytes>(encode(message));
-    if (is_bulk) link_->send_bulk(found->second.link, std::move(bytes));
-    else link_->send_control(found->second.link, std::move(bytes));
+    if (is_bulk)
+      link_->send_bulk(found->second.link, std::move(bytes));
+    else
+      link_->send_control(found->second.link, std::move(bytes));
   }
   template <class Pairs>
   std::string names(const Pairs& pairs) {
@@ -512,7 +531,8 @@ Expected<std::unique_ptr<Lead>> Lead::start(LeadOptions options) {
   system_options.network = true;
   lead->config_ = std::make_unique<SystemConfig>(system_options);
   lead->system_ = std::make_unique<caf::actor_system>(*lead->config_);
-  const auto with = std::make_shared<Beginning>(Beginning{options, lead->blobs_, std::move(*dispatcher), std::move(file->jobs)});
+  const auto with =
+      std::make_shared<Beginning>(Beginning{options, lead->blobs_, std::move(*dispatcher), std::move(file->jobs)});
   lead->actor_ = lead->system_->spawn<caf::detached>(lead_actor, with);
   Expected<Link> link = Link::start(*lead->system_, lead->actor_, options.link);
   if (!link) return link.error();
@@ -536,7 +556,9 @@ template <class Result>
 Result Lead::ask(std::function<Result(LeadState&)> question) {
   const auto answer = std::make_shared<std::promise<Result>>();
   std::future<Result> result = answer->get_future();
-  caf::anon_send(actor_, Errand{[answer, question = std::move(question)](LeadState& state) { answer->set_value(question(state)); }});
+  caf::anon_send(actor_, Errand{[answer, question = std::move(question)](LeadState& state) {
+                   answer->set_value(question(state));
+                 }});
   return result.get();
 }
 

@@ -23,7 +23,7 @@ namespace lichthof::actors {
 /// What a job needs besides the dispatcher's wish.
 struct JobOrder {
   JobWish wish;
-  std::string solution;   ///< blob to begin with: a scene's mesh without light, or light so far
+  std::string solution;  ///< blob to begin with: a scene's mesh without light, or light so far
   PictureSpec picture;
   double eps = 5e-4;
   std::string owner;
@@ -34,13 +34,13 @@ struct JobView {
   JobId id;
   JobOrder order;
   LabJob job;
-  std::string solution;             ///< blob of the light so far: the last checkpoint, or the end
+  std::string solution;  ///< blob of the light so far: the last checkpoint, or the end
   RadiosityProgress radiosity;
-  std::vector<CellReport> cells;    ///< the latest of each
+  std::vector<CellReport> cells;  ///< the latest of each
   std::uint32_t columns_done = 0, columns = 0;
-  std::uint64_t rays = 0;           ///< of the picture
-  double seconds = 0;               ///< since it was submitted, until its end
-  EnergyLedger energy;              ///< of the light so far
+  std::uint64_t rays = 0;  ///< of the picture
+  double seconds = 0;      ///< since it was submitted, until its end
+  EnergyLedger energy;     ///< of the light so far
   SolveCounters counters;
 };
 struct NodeView {
@@ -49,7 +49,7 @@ struct NodeView {
   std::string host;
   NodeReport report;
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  double seen_s = 0;                ///< since it was last heard
+  double seen_s = 0;  ///< since it was last heard
   std::vector<JobId> jobs;
 };
 struct LabView {
@@ -61,9 +61,9 @@ struct LeadOptions {
   LinkOptions link;
   std::string host = "127.0.0.1";
   std::uint16_t port = 0;
-  std::string folder;               ///< state: journal, blobs, results
+  std::string folder;  ///< state: journal, blobs, results
   DispatcherOptions dispatcher;
-  unsigned threads = 1;             ///< for measuring what escapes
+  unsigned threads = 1;  ///< for measuring what escapes
   std::function<Expected<Solution>(const std::string& path)> read_solution;
   std::function<Status(const std::string& path, const Solution&)> write_solution;
   std::function<Status(const std::string& path, const Image&)> write_picture;

@@ -85,9 +85,12 @@ static void fields(Codec& c, Field<Codec, journal::Retried> entry) {
 
 template <std::size_t K = 0>
 static bool make_kind(std::size_t kind, JournalEntry& entry) {
-  if constexpr (K == std::variant_size_v<JournalEntry>) return false;
-  else if (kind == K) return entry.emplace<K>(), true;
-  else return make_kind<K + 1>(kind, entry);
+  if constexpr (K == std::variant_size_v<JournalEntry>)
+    return false;
+  else if (kind == K)
+    return entry.emplace<K>(), true;
+  else
+    return make_kind<K + 1>(kind, entry);
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, JournalEntry> entry) {
@@ -136,9 +139,11 @@ Expected<LeadFile> read_lead_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   const Bytes bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   const auto refused = [&] {
-    return Error{ErrorCode::bad_input, path, "is damaged or of another version; move it away to begin without its jobs"};
+    return Error{ErrorCode::bad_input, path,
+                 "is damaged or of another version; move it away to begin without its jobs"};
   };
-  if (!in || bytes.size() < 4 || bytes[0] != 'L' || bytes[1] != 'H' || bytes[2] != 'L' || bytes[3] != version) return refused();
+  if (!in || bytes.size() < 4 || bytes[0] != 'L' || bytes[1] != 'H' || bytes[2] != 'L' || bytes[3] != version)
+    return refused();
   WireReader reader(std::span<const std::uint8_t>(bytes).subspan(4));
   reader.list(file.journal, max_entries);
   std::vector<NamedJob> jobs;

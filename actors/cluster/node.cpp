@@ -23,7 +23,7 @@ using tick_atom = caf::atom_constant<caf::atom("tick")>;
 using report_atom = caf::atom_constant<caf::atom("report")>;
 using dial_atom = caf::atom_constant<caf::atom("dial")>;
 
-constexpr auto tick = 20ms;         // credit goes back to senders as often
+constexpr auto tick = 20ms;  // credit goes back to senders as often
 constexpr auto report_every = 1s;
 constexpr auto dial_again = 500ms;
 constexpr unsigned most_dials = 20;  // of another node, before its run is given up
@@ -108,7 +108,8 @@ class NodeState {
   void on(const DialFailed& failed) {
     if (failed.host == options_.lead_host && failed.port == options_.lead_port) {
       if (lead_) return;
-      if (!said_unreachable_) spdlog::warn("the controller at {}:{} can not be reached: {}", failed.host, failed.port, failed.reason);
+      if (!said_unreachable_)
+        spdlog::warn("the controller at {}:{} can not be reached: {}", failed.host, failed.port, failed.reason);
       said_unreachable_ = true;
       self_->delayed_send(self_, dial_again, dial_atom{});
       return;
@@ -180,9 +181,8 @@ class NodeState {
     if (!share || !share->started) return;
     const Link link = *link_;
     const PeerId lead = *lead_;
-    share->run->collect([link, lead](const CellImage& image) {
-      link.send_bulk(lead, std::make_shared<const Bytes>(encode(image)));
-    });
+    share->run->collect(
+        [link, lead](const CellImage& image) { link.send_bulk(lead, std::make_shared<const Bytes>(encode(image))); });
   }
 
   void on(const Dismissed& dismissed) { spdlog::warn("dismissed by the controller: {}", dismissed.reason); }
@@ -208,29 +208,34 @@ class NodeState {
     const caf::actor node = caf::actor_cast<caf::actor>(self_);
     const auto known = last_solution_hash_ == share.wanted.solution ? last_solution_ : nullptr;
     // On a thread of its own: reading and building trees takes seconds.
-    self_->system().spawn<caf::detached>([node, path, known, wanted = share.wanted, own = own_, options = options_](
-                                             caf::event_based_actor* loader) {
-      Loaded loaded{wanted.job, wanted.epoch, nullptr, nullptr, ""};
-      try {
-        std::shared_ptr<const Solution> solution = known;
-        if (!solution) {
-          Expected<Solution> read = path ? options.read_solution(*path) : Expected<Solution>(Error{ErrorCode::io, "", "lost from the cache"});
-          if (!read) loaded.reason = read.error().text();
-          else solution = std::make_shared<const Solution>(std::move(*read));
-        }
-        if (solution) {
-          Expected<std::shared_ptr<HostedRun>> made = HostedRun::make(wanted, own, solution, options.threads);
-          loaded.solution = solution;
-          if (made) loaded.run = *made;
-          else loaded.reason = made.error().text();
-        }
-      } catch (const std::bad_alloc&) {
-        loaded.reason = "out of memory";
-      } catch (const std::exception& error) {
-        loaded.reason = error.what();
-      }
-      loader->send(node, std::move(loaded));
-    });
+    self_->system().spawn<caf::detached>(
+        [node, path, known, wanted = share.wanted, own = own_, options = options_](caf::event_based_actor* loader) {
+          Loaded loaded{wanted.job, wanted.epoch, nullptr, nullptr, ""};
+          try {
+            std::shared_ptr<const Solution> solution = known;
+            if (!solution) {
+              Expected<Solution> read = path ? options.read_solution(*path)
+                                             : Expected<Solution>(Error{ErrorCode::io, "", "lost from the cache"});
+              if (!read)
+                loaded.reason = read.error().text();
+              else
+                solution = std::make_shared<const Solution>(std::move(*read));
+            }
+            if (solution) {
+              Expected<std::shared_ptr<HostedRun>> made = HostedRun::make(wanted, own, solution, options.threads);
+              loaded.solution = solution;
+              if (made)
+                loaded.run = *made;
+              else
+                loaded.reason = made.error().text();
+            }
+          } catch (const std::bad_alloc&) {
+            loaded.reason = "out of memory";
+          } catch (const std::exception& error) {
+            loaded.reason = error.what();
+          }
+          loader->send(node, std::move(loaded));
+        });
   }
 
   void on(Loaded& loaded) {
@@ -240,7 +245,8 @@ class NodeState {
     share->run = loaded.run;
     last_solution_ = loaded.solution, last_solution_hash_ = share->wanted.solution;
     for (const NodeId node : share->run->partners())
-      if (const Peer* peer = peer_of(*share, node); peer && !peers_.count(peer->boot_id)) link_->dial(peer->host, peer->port);
+      if (const Peer* peer = peer_of(*share, node); peer && !peers_.count(peer->boot_id))
+        link_->dial(peer->host, peer->port);
     start_if_ready(*share);
   }
 
@@ -256,8 +262,8 @@ class NodeState {
     share.reached = std::move(reached);
     share.started = true;
     const Link link = *link_;
-    const auto send = [link, lead = *lead_, job = share.wanted.job, epoch = share.wanted.epoch, cells = share.wanted.cells,
-                       peers = share.reached](const Address& to, const Message& message) {
+    const auto send = [link, lead = *lead_, job = share.wanted.job, epoch = share.wanted.epoch,
+                       cells = share.wanted.cells, peers = share.reached](const Address& to, const Message& message) {
       PeerId peer = lead;
       if (const auto* cell = std::get_if<CellId>(&to)) {
         const auto found = peers.find(cells[cell->value]);
@@ -265,9 +271,12 @@ class NodeState {
         peer = found->second;
       }
       auto bytes = std::make_shared<const Bytes>(encode(ClusterMessage(run_message(job, epoch, to, message))));
-      const bool is_bulk = std::holds_alternative<HemicubeMessage>(message) || std::holds_alternative<ColumnResult>(message);
-      if (is_bulk) link.send_bulk(peer, std::move(bytes));
-      else link.send_control(peer, std::move(bytes));
+      const bool is_bulk =
+          std::holds_alternative<HemicubeMessage>(message) || std::holds_alternative<ColumnResult>(message);
+      if (is_bulk)
+        link.send_bulk(peer, std::move(bytes));
+      else
+        link.send_control(peer, std::move(bytes));
     };
     share.run->start(self_->system(), send);
     for (const caf::actor& actor : share.run->actors()) {
@@ -310,8 +319,10 @@ class NodeState {
   }
 
   void hold(PeerId peer, bool is_blocked) {
-    if (is_blocked) blocked_.insert(peer);
-    else blocked_.erase(peer);
+    if (is_blocked)
+      blocked_.insert(peer);
+    else
+      blocked_.erase(peer);
     for (auto& [job, share] : shares_)
       if (share.started) {
         bool held = false;
@@ -327,7 +338,8 @@ class NodeState {
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
     const double cpu = static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
     NodeReport report;
-    if (now > reported_s_ && reported_s_ > 0) report.busy_share = (cpu - reported_cpu_) / (now - reported_s_) / options_.facts.cores;
+    if (now > reported_s_ && reported_s_ > 0)
+      report.busy_share = (cpu - reported_cpu_) / (now - reported_s_) / options_.facts.cores;
     reported_s_ = now, reported_cpu_ = cpu;
     report.free_memory_bytes = options_.free_memory_bytes();
     report.used_memory_bytes = options_.used_memory_bytes();

@@ -20,8 +20,8 @@ struct NodeOptions {
   std::string lead_host;
   std::uint16_t lead_port = 0;
   Registration facts;
-  unsigned threads = 1;                   ///< of a step of a cell
-  std::string cache;                      ///< folder for what the controller hands out
+  unsigned threads = 1;  ///< of a step of a cell
+  std::string cache;     ///< folder for what the controller hands out
   std::uint64_t cache_bytes = 8ull << 30;
   std::function<Expected<Solution>(const std::string& path)> read_solution;
   std::function<std::uint64_t()> free_memory_bytes, used_memory_bytes;

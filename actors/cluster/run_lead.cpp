@@ -10,7 +10,8 @@ namespace lichthof::actors {
 
 namespace {
 
-constexpr std::size_t outlook_sums = 5, power_sums = 3, sum_count = 3 * (outlook_sums + power_sums) + 1, counter_count = 12;
+constexpr std::size_t outlook_sums = 5, power_sums = 3, sum_count = 3 * (outlook_sums + power_sums) + 1,
+                      counter_count = 12;
 
 }  // namespace
 
@@ -174,12 +175,16 @@ Status put_images(Solution& solution, const std::map<CellId, CellImage>& images)
     if (image.sums.size() != sum_count || image.counters.size() != counter_count)
       return Error{ErrorCode::bad_input, "cell", "has other sums than expected"};
     if (Status set = set_cell_values(solution, groups.at(cell.value), image.light); !set) return set;
-    const auto sum = [&](std::size_t k) { return Rgb{image.sums[3 * k], image.sums[3 * k + 1], image.sums[3 * k + 2]}; };
+    const auto sum = [&](std::size_t k) {
+      return Rgb{image.sums[3 * k], image.sums[3 * k + 1], image.sums[3 * k + 2]};
+    };
     outlook.add({sum(0), sum(1), sum(2), sum(3), sum(4), image.sums.back()});
-    energy.emitted += sum_channels(sum(5)), energy.absorbed += sum_channels(sum(6)), energy.unshot += sum_channels(sum(7));
+    energy.emitted += sum_channels(sum(5)), energy.absorbed += sum_channels(sum(6)),
+        energy.unshot += sum_channels(sum(7));
     const auto& c = image.counters;
     SolveCounters own;
-    own.shots = c[0], own.rays = c[1], own.rays_saved = c[2], own.form_factors = c[3], own.messages = c[4], own.bytes_sent = c[5];
+    own.shots = c[0], own.rays = c[1], own.rays_saved = c[2], own.form_factors = c[3], own.messages = c[4],
+    own.bytes_sent = c[5];
     own.bitmap_bytes = c[6], own.bitmap_bytes_raw = c[7], own.cells_skipped = c[8], own.clusters_tested = c[9];
     own.clusters_hidden = c[10], own.clusters_cut = c[11];
     solution.counters += own;

@@ -51,7 +51,8 @@ io::Image rows_of(const Image& image) {
   for (std::uint32_t column = 0; column < image.width(); ++column)
     for (std::uint32_t row = 0; row < image.height(); ++row)
       for (int c = 0; c < 3; ++c)
-        rows.rgb[3 * (std::size_t{row} * image.width() + column) + static_cast<std::size_t>(c)] = image.at(column, row)[c];
+        rows.rgb[3 * (std::size_t{row} * image.width() + column) + static_cast<std::size_t>(c)] =
+            image.at(column, row)[c];
   return rows;
 }
 
@@ -80,7 +81,8 @@ nlohmann::json document(const JobView& job, const std::vector<NodeView>& nodes) 
   for (const NodeView& node : nodes)
     if (std::count(node.jobs.begin(), node.jobs.end(), job.id)) names.push_back(node.node.facts.name);
   const bool is_light_under_way = job.job.run && job.job.run->pass == Pass::radiosity;
-  const std::uint64_t shots = is_light_under_way ? std::max(job.radiosity.shots, job.counters.shots) : job.counters.shots;
+  const std::uint64_t shots =
+      is_light_under_way ? std::max(job.radiosity.shots, job.counters.shots) : job.counters.shots;
   const auto& grid = job.job.wish.grid;
   return {{"id", job.id.value},
           {"title", job.order.wish.title},
@@ -128,9 +130,11 @@ Expected<Camera> camera_of(const nlohmann::json& options) {
   const auto found = options.find("camera");
   if (found == options.end() || !found->is_object()) return bad_option("camera", "is missing");
   Camera camera;
-  for (const auto& [name, vector] : {std::pair{"eye", &camera.eye}, std::pair{"target", &camera.target}, std::pair{"up", &camera.up}}) {
+  for (const auto& [name, vector] :
+       {std::pair{"eye", &camera.eye}, std::pair{"target", &camera.target}, std::pair{"up", &camera.up}}) {
     const auto v = found->find(name);
-    if (v == found->end() || !v->is_array() || v->size() != 3) return bad_option("camera", std::string(name) + " is no triple");
+    if (v == found->end() || !v->is_array() || v->size() != 3)
+      return bad_option("camera", std::string(name) + " is no triple");
     for (int axis = 0; axis < 3; ++axis) {
       const auto& coordinate = (*v)[static_cast<std::size_t>(axis)];
       if (!coordinate.is_number()) return bad_option("camera", std::string(name) + " holds no number");
@@ -156,15 +160,18 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
   Wished w;
   const std::string method = options.value("method", "two-pass");
   const std::vector<std::string> names{"two-pass", "radiosity", "hemicube", "raytrace", "reference"};
-  if (std::find(names.begin(), names.end(), method) == names.end()) return bad_option("method", "'" + method + "' is not known");
+  if (std::find(names.begin(), names.end(), method) == names.end())
+    return bad_option("method", "'" + method + "' is not known");
   w.method = method_named(method);
   const bool is_reference = w.method == Method::reference;
   const auto patch = number(options, "patch_m", 0.0, 0, 1e9), element = number(options, "element_m", 0.0, 0, 1e9);
   const auto elements = number<std::uint32_t>(options, "elements", w.mesh.target_elements, 1, most_elements);
   const auto eps = number(options, "eps", w.eps, 1e-12, 1);
   const auto hemicube = number<std::uint32_t>(options, "hemicube", w.hemicube, 2, 4096);
-  const auto width = number<std::uint32_t>(options, "width", 640, 1, 65536), height = number<std::uint32_t>(options, "height", 480, 1, 65536);
-  const auto samples = number<std::uint32_t>(options, "samples", is_reference ? default_reference_samples : default_samples, 1, 1e6);
+  const auto width = number<std::uint32_t>(options, "width", 640, 1, 65536),
+             height = number<std::uint32_t>(options, "height", 480, 1, 65536);
+  const auto samples =
+      number<std::uint32_t>(options, "samples", is_reference ? default_reference_samples : default_samples, 1, 1e6);
   const auto gather = number<std::uint32_t>(options, "gather", 0, 0, 1e6);
   for (const auto* value : {&patch, &element, &eps})
     if (!*value) return value->error();
@@ -181,7 +188,8 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
                      : w.method == Method::raytrace  ? static_cast<std::uint8_t>(TracingMethod::raytrace)
                                                      : static_cast<std::uint8_t>(TracingMethod::two_pass);
   w.picture.width = *width, w.picture.height = *height, w.picture.samples = *samples, w.picture.gather_rays = *gather;
-  for (const Vec3& v : {camera->eye, camera->target, camera->up}) w.picture.camera.insert(w.picture.camera.end(), {v.x, v.y, v.z});
+  for (const Vec3& v : {camera->eye, camera->target, camera->up})
+    w.picture.camera.insert(w.picture.camera.end(), {v.x, v.y, v.z});
   w.picture.camera.push_back(camera->vertical_fov_deg);
   // A cell for every node there is, unless somebody knows better.
   w.cells = options.value("cells", std::to_string(std::max<std::size_t>(1, nodes)));
@@ -200,7 +208,9 @@ Expected<std::unique_ptr<Lab>> Lab::open(LabOptions options) {
   actors::LeadOptions lead = lab->options_.lead;
   lead.read_solution = io::read_solution;
   lead.write_solution = io::write_solution;
-  lead.write_picture = [](const std::string& path, const Image& image) { return io::write_image(path, rows_of(image).view()); };
+  lead.write_picture = [](const std::string& path, const Image& image) {
+    return io::write_image(path, rows_of(image).view());
+  };
   lead.log = [raw = lab.get()](JobId job, const std::string& line) {
     char stamp[32];
     const std::time_t now = std::time(nullptr);
@@ -269,7 +279,9 @@ nlohmann::json Lab::nodes() {
     all.push_back({{"id", node.id.value},
                    {"name", node.node.facts.name},
                    {"host", node.host},
-                   {"state", node.node.draining ? "draining" : node.jobs.empty() ? "idle" : "busy"},
+                   {"state", node.node.draining  ? "draining"
+                             : node.jobs.empty() ? "idle"
+                                                 : "busy"},
                    {"cores", node.node.facts.cores},
                    {"rays_per_s", rays_per_s},
                    {"measured_rays_per_s", node.node.facts.rays_per_s * node.node.facts.cores},
@@ -289,7 +301,8 @@ nlohmann::json Lab::actors() {
   const std::lock_guard lock(mutex_);
   nlohmann::json all = nlohmann::json::array();
   for (const auto& [key, load] : loads_) {
-    const auto node = std::find_if(seen.nodes.begin(), seen.nodes.end(), [&](const NodeView& n) { return n.id.value == key.first; });
+    const auto node =
+        std::find_if(seen.nodes.begin(), seen.nodes.end(), [&](const NodeView& n) { return n.id.value == key.first; });
     if (node == seen.nodes.end()) continue;
     const std::string name = key.second.substr(0, key.second.find('\t'));
     const std::uint64_t job = std::strtoull(key.second.c_str() + name.size() + 1, nullptr, 10);
@@ -356,7 +369,8 @@ Expected<std::string> Lab::add_scene(const std::string& bytes) {
 }
 
 Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& caller) {
-  if (!spec.is_object() || !spec.contains("scene") || !spec["scene"].is_string()) return bad_option("scene", "is missing");
+  if (!spec.is_object() || !spec.contains("scene") || !spec["scene"].is_string())
+    return bad_option("scene", "is missing");
   const std::string hash = spec["scene"];
   if (!has_scene(hash)) return bad_option("scene", "has not been handed in");
   const nlohmann::json options = spec.value("options", nlohmann::json::object());
@@ -412,9 +426,8 @@ Expected<std::string> Lab::result(std::uint64_t id, const std::string& kind) {
   if (!job) return job.error();
   const Error early{ErrorCode::failed, "job " + std::to_string(id), "has no such result yet"};
   if (kind == "solution.lht") {
-    const std::optional<std::string> path = job->counters.shots > 0 || job->job.state == JobState::done
-                                                ? lead_->blobs().find(job->solution)
-                                                : std::nullopt;
+    const std::optional<std::string> path =
+        job->counters.shots > 0 || job->job.state == JobState::done ? lead_->blobs().find(job->solution) : std::nullopt;
     return path ? contents_of(*path) : Expected<std::string>(early);
   }
   const std::string path = options_.lead.folder + "/results/" + std::to_string(id) + ".exr";
@@ -435,7 +448,8 @@ Expected<std::string> Lab::log(std::uint64_t id) {
 }
 
 nlohmann::json Lab::methods() {
-  return {{{"name", "two-pass"}, {"text", "direct light by rays, indirect light from the first pass, mirrors and glass by rays"}},
+  return {{{"name", "two-pass"},
+           {"text", "direct light by rays, indirect light from the first pass, mirrors and glass by rays"}},
           {{"name", "radiosity"}, {"text", "the first pass as it is"}},
           {{"name", "hemicube"}, {"text", "two-pass, its first pass with the paper's item buffer"}},
           {{"name", "raytrace"}, {"text", "direct light by rays, a constant for the rest"}},
@@ -461,7 +475,8 @@ std::string Lab::metrics() {
   gauge("jobs", "jobs by state");
   for (const char* state : {"queued", "running", "done", "failed", "cancelled"})
     out << "lichthof_jobs{state=\"" << state << "\"} "
-        << std::count_if(all_jobs.begin(), all_jobs.end(), [&](const auto& job) { return job["state"] == state; }) << '\n';
+        << std::count_if(all_jobs.begin(), all_jobs.end(), [&](const auto& job) { return job["state"] == state; })
+        << '\n';
   for (const auto& [name, key] : {std::pair{"job_progress", "progress"}, std::pair{"job_unshot_watts", "unshot_w"}}) {
     gauge(name, "of jobs that have not ended");
     for (const auto& job : all_jobs)

@@ -66,7 +66,9 @@ double measured_rays_per_s() {
              {0.1 + 0.5 * random.unit(), 0.1 + 0.5 * random.unit(), 0.1 + 0.7 * random.unit()});
   const RayScene rays(scene, scene.surfaces, Vec3{0.0});
   std::vector<Segments16> packets(256);
-  const auto inside = [&] { return Vec3{9.8 * random.unit() + 0.1, 7.8 * random.unit() + 0.1, 2.8 * random.unit() + 0.1}; };
+  const auto inside = [&] {
+    return Vec3{9.8 * random.unit() + 0.1, 7.8 * random.unit() + 0.1, 2.8 * random.unit() + 0.1};
+  };
   for (Segments16& packet : packets) {
     clear_segments(packet);
     const Vec3 target = inside(), middle = inside();

@@ -53,7 +53,8 @@ Status plausible_sizes(const Scene& scene, const MeshOptions& options) {
 
 }  // namespace
 
-Expected<std::shared_ptr<const Mesh>> mesh_for(const Scene& scene, const MeshOptions& wanted, const Parallel& parallel) {
+Expected<std::shared_ptr<const Mesh>> mesh_for(const Scene& scene, const MeshOptions& wanted,
+                                               const Parallel& parallel) {
   if (Status plausible = plausible_sizes(scene, wanted); !plausible) return plausible.error();
   if (wanted.element_size > 0 && wanted.element_size < wanted.patch_size / 4)
     spdlog::warn("a patch holds at most 16 elements: those of patches of {} m are larger than the {} m asked for",

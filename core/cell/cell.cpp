@@ -95,8 +95,9 @@ void Cell::refuse() {
 bool Cell::idle() const { return !running_ || (!geometry_.has_next() && next_shooter(false) == NextShooter::none); }
 
 bool Cell::has_work() const {
-  return !announced_ || !polls_.empty() || newly_refused_ > 0 || 
-         (running_ && (geometry_.has_next() || next_shooter(held_) != NextShooter::none || (idle() && !reported_idle_)));
+  return !announced_ || !polls_.empty() || newly_refused_ > 0 ||
+         (running_ &&
+          (geometry_.has_next() || next_shooter(held_) != NextShooter::none || (idle() && !reported_idle_)));
 }
 
 Effects Cell::step(Instant) {

@@ -33,7 +33,8 @@ Status set_cell_values(Solution& solution, std::span<const GroupId> groups, std:
   std::size_t count = 0;
   for_each_element(*solution.mesh, groups, [&](std::uint32_t) { count += values_per_element; });
   if (values.size() != count)
-    return Error{ErrorCode::bad_input, "cell", "has " + std::to_string(values.size()) + " values, " + std::to_string(count) + " expected"};
+    return Error{ErrorCode::bad_input, "cell",
+                 "has " + std::to_string(values.size()) + " values, " + std::to_string(count) + " expected"};
   for (const float value : values)
     if (!std::isfinite(value)) return Error{ErrorCode::bad_input, "cell", "holds a number that is not finite"};
   const float* next = values.data();

@@ -12,7 +12,8 @@ constexpr std::size_t block_size = 16;
 /// Any convex part of a surface may answer "blocked"; only all of it may answer "free".
 FlatOccluder occluder_of(const Surface& surface, const Vec3& origin, double margin) {
   const std::size_t count = surface.corners.size();
-  if (count <= FlatShooter::max_corners) return flat_occluder(flat_shooter(surface.corners, surface.normal, origin), margin);
+  if (count <= FlatShooter::max_corners)
+    return flat_occluder(flat_shooter(surface.corners, surface.normal, origin), margin);
   Polygon some;
   for (std::size_t k = 0; k < FlatShooter::max_corners; ++k)
     some.push_back(surface.corners[k * count / FlatShooter::max_corners]);
@@ -30,15 +31,19 @@ FlatBox box_of(const Surface& surface, const Vec3& origin, double margin) {
   return flat;
 }
 
-float extent(const FlatBox& box) { return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]}); }
+float extent(const FlatBox& box) {
+  return std::max({box.hi[0] - box.lo[0], box.hi[1] - box.lo[1], box.hi[2] - box.lo[2]});
+}
 
 float centre(const FlatBox& box, int axis) { return 0.5f * (box.lo[axis] + box.hi[axis]); }
 
 }  // namespace
 
 FlatBox box_of(const FlatShooter& f) {
-  return {{*std::min_element(f.x, f.x + f.count), *std::min_element(f.y, f.y + f.count), *std::min_element(f.z, f.z + f.count)},
-          {*std::max_element(f.x, f.x + f.count), *std::max_element(f.y, f.y + f.count), *std::max_element(f.z, f.z + f.count)}};
+  return {{*std::min_element(f.x, f.x + f.count), *std::min_element(f.y, f.y + f.count),
+           *std::min_element(f.z, f.z + f.count)},
+          {*std::max_element(f.x, f.x + f.count), *std::max_element(f.y, f.y + f.count),
+           *std::max_element(f.z, f.z + f.count)}};
 }
 
 Occluders::Occluders(const Scene& scene, std::span<const Surface> surfaces, const Vec3& origin, double offset)
@@ -140,19 +145,22 @@ OccluderSelection Occluders::in_shaft(const Shaft& shaft, std::span<const Shoote
   std::vector<Candidates> parents;
   for (std::uint32_t p = 0; p < parents_.size(); ++p) parents.push_back({p, 0xffff});
   const std::vector<ShooterSides> neither(parents_.size());
-  parents.resize(kernels().in_shaft(shaft, parents_.data(), neither.data(), parents.data(), parents.size(), parents.data()));
+  parents.resize(
+      kernels().in_shaft(shaft, parents_.data(), neither.data(), parents.data(), parents.size(), parents.data()));
 
   std::vector<Candidates> blocks;
   std::size_t count = 0;
   for (const Candidates& parent : parents) {
     const std::size_t first = blocks.size();
     for (std::uint32_t left = parent.lanes; left != 0; left &= left - 1) {
-      const auto block = static_cast<std::uint32_t>(parent.block * block_size) + static_cast<std::uint32_t>(__builtin_ctz(left));
+      const auto block =
+          static_cast<std::uint32_t>(parent.block * block_size) + static_cast<std::uint32_t>(__builtin_ctz(left));
       if (block < blocks_.size()) blocks.push_back({block, lanes_[block]});
     }
     Candidates* const some = blocks.data() + first;
     blocks.resize(first + kernels().in_shaft(shaft, blocks_.data(), sides.data(), some, blocks.size() - first, some));
-    for (std::size_t k = first; k < blocks.size(); ++k) count += static_cast<std::size_t>(__builtin_popcount(blocks[k].lanes));
+    for (std::size_t k = first; k < blocks.size(); ++k)
+      count += static_cast<std::size_t>(__builtin_popcount(blocks[k].lanes));
     if (count > most) {
       chosen.complete = false;
       return chosen;

@@ -17,8 +17,10 @@ constexpr std::size_t most_in_island = 128;
 ShadowShooter::ShadowShooter(const FlatShooter& polygon_, const Occluders& occluders)
     : polygon(polygon_), box(box_of(polygon_)), sides(occluders.sides_of(polygon_)) {}
 
-Shadows::Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays, PacketObserver* observer)
-    : shooter_(shooter), occluders_(occluders), ray_scene_(rays), observer_(observer), offset_(static_cast<float>(rays.offset())) {}
+Shadows::Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays,
+                 PacketObserver* observer)
+    : shooter_(shooter), occluders_(occluders), ray_scene_(rays), observer_(observer),
+      offset_(static_cast<float>(rays.offset())) {}
 
 bool Shadows::hide(const FlatBox& box, bool look) {
   const FlatShooter& f = shooter_.polygon;
@@ -96,8 +98,8 @@ void Shadows::find_in_part() {
   const auto narrowed = [&](const FlatBox& shooter, const std::vector<Candidates>& from, std::size_t count,
                             std::vector<Candidates>& to) {
     if (count == 0) return count;
-    return kernels_.in_shaft(shaft_between(shooter, cluster_, offset_), island_.blocks.data(), island_.sides.data(), from.data(),
-                             count, to.data());
+    return kernels_.in_shaft(shaft_between(shooter, cluster_, offset_), island_.blocks.data(), island_.sides.data(),
+                             from.data(), count, to.data());
   };
   if (!cluster_is_known_)
     cluster_count_ = narrowed(shooter_.box, island_.candidates, island_.candidates.size(), in_cluster_);

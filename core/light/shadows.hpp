@@ -66,14 +66,14 @@ class Shadows {
   float offset_;
   std::uint64_t rays_ = 0, rays_saved_ = 0;
 
-  OccluderSelection island_;          ///< what reaches into the hull of shooter and island
+  OccluderSelection island_;  ///< what reaches into the hull of shooter and island
   // What reaches into the hulls of the cluster and all of the shooter, of the cluster and the part; found when needed.
   FlatBox cluster_;
   const FlatBox* part_ = nullptr;
   std::vector<Candidates> in_cluster_, in_part_;
   std::size_t cluster_count_ = 0, part_count_ = 0;
   bool cluster_is_known_ = false, part_is_known_ = false;
-  bool one_by_one_ = false;           ///< few enough in the part
+  bool one_by_one_ = false;  ///< few enough in the part
 
   static constexpr int most_known = 4;
   std::uint32_t known_[most_known] = {};  ///< what blocked something lately, the most useful first

@@ -9,9 +9,9 @@
 namespace lichthof {
 
 struct PictureWish {
-  bool path_tracing = false;               ///< the unbiased reference, instead of `method`
+  bool path_tracing = false;  ///< the unbiased reference, instead of `method`
   TracingMethod method = TracingMethod::two_pass;
-  Camera camera;                           ///< checked
+  Camera camera;  ///< checked
   std::uint32_t width = 640, height = 480;
   std::uint32_t samples = 4;
   std::uint32_t gather_rays = 0;

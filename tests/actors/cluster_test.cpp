@@ -31,7 +31,8 @@ PictureSpec picture_spec() {
   spec.method = static_cast<std::uint8_t>(TracingMethod::two_pass);
   spec.width = 48, spec.height = 32, spec.samples = 1;
   const Camera c = camera();
-  spec.camera = {c.eye.x, c.eye.y, c.eye.z, c.target.x, c.target.y, c.target.z, c.up.x, c.up.y, c.up.z, c.vertical_fov_deg};
+  spec.camera = {c.eye.x,    c.eye.y, c.eye.z, c.target.x, c.target.y,
+                 c.target.z, c.up.x,  c.up.y,  c.up.z,     c.vertical_fov_deg};
   return spec;
 }
 
@@ -63,7 +64,9 @@ Solution solved_here(const Solution& unlit) {
 
 class Lab {
  public:
-  explicit Lab(Duration checkpoint_every = Duration{5'000'000'000}) : checkpoint_every_(checkpoint_every) { start_lead(); }
+  explicit Lab(Duration checkpoint_every = Duration{5'000'000'000}) : checkpoint_every_(checkpoint_every) {
+    start_lead();
+  }
   ~Lab() {
     for (auto& [name, node] : nodes_) stop(name);
   }

@@ -77,7 +77,8 @@ TEST_SUITE("paper §2") {
       Rgbf first{0.f};
       for (std::size_t k = 0; k < eyes.size(); ++k) {
         const PinholeCamera film({"", eyes[k], point, {0, 0, 1}, 1}, 1, 1);
-        const ColumnTracer source(lit, film, {TracingMethod::radiosity, 1, 1, 1e-3, 4, 0, {}}, std::make_shared<Parallel>(1));
+        const ColumnTracer source(lit, film, {TracingMethod::radiosity, 1, 1, 1e-3, 4, 0, {}},
+                                  std::make_shared<Parallel>(1));
         std::uint64_t rays = 0;
         const Rgbf seen = source.columns({0, 1}, rays)[0];
         if (k == 0) first = seen;

@@ -15,8 +15,8 @@ TEST_SUITE("paper §4") {
   TEST_CASE("§4: a mirror shows the room by rays, the wall beside it by radiosity") {
     const PanelRoom room(0.5);
     const double share = 0.9;
-    const std::uint32_t mirror =
-        add_rectangle(*room.scene, {1, 3.9, 0.5}, {1.5, 0, 0}, {0, 0, 2}, add_material(*room.scene, specular(Finish::mirror, share)));
+    const std::uint32_t mirror = add_rectangle(*room.scene, {1, 3.9, 0.5}, {1.5, 0, 0}, {0, 0, 2},
+                                               add_material(*room.scene, specular(Finish::mirror, share)));
     OneCell cell(room.scene, mesh_with(*room.scene, 0.5));
     cell.solve(1e-3);
     const auto lit = std::make_shared<LitScene>(cell.solution());
@@ -27,8 +27,8 @@ TEST_SUITE("paper §4") {
     std::uint64_t rays = 0;
     const auto diffuse_radiance = [&](const SurfacePoint& at) {
       const Rgb irradiance = lit->direct().irradiance(at.point, at.normal, direct, rays) + lit->indirect_irradiance(at);
-      return reflectance_at(lit->trace().scene(), lit->trace().scene().surfaces[at.surface], at.point).x * irradiance.x *
-             std::numbers::inv_pi;
+      return reflectance_at(lit->trace().scene(), lit->trace().scene().surfaces[at.surface], at.point).x *
+             irradiance.x * std::numbers::inv_pi;
     };
     int in_mirror = 0, beside = 0;
     for (std::uint32_t column = 0; column < 24; ++column)

@@ -35,8 +35,10 @@ Scene crowd(Random& random, int count) {
   Scene scene;
   const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
   for (int k = 0; k < count; ++k)
-    test::add_polygon(scene, reference::random_polygon(random, 1.2 * random.unit() * reference::random_unit(random),
-                                                       random.below(8) ? 0.15 : 1.5, 0.7), grey);
+    test::add_polygon(scene,
+                      reference::random_polygon(random, 1.2 * random.unit() * reference::random_unit(random),
+                                                random.below(8) ? 0.15 : 1.5, 0.7),
+                      grey);
   return scene;
 }
 
@@ -99,7 +101,8 @@ TEST_SUITE("occluders") {
       std::vector<Candidates> first;
       for (const Kernels& k : available_kernels()) {
         std::vector<Candidates> left(all.candidates.size());
-        left.resize(k.in_shaft(shaft, all.blocks.data(), sides.data(), all.candidates.data(), all.candidates.size(), left.data()));
+        left.resize(k.in_shaft(shaft, all.blocks.data(), sides.data(), all.candidates.data(), all.candidates.size(),
+                               left.data()));
         if (&k == &available_kernels()[0]) first = left;
         REQUIRE(left.size() == first.size());
         for (std::size_t i = 0; i < left.size(); ++i) {
@@ -116,8 +119,10 @@ TEST_SUITE("occluders") {
     test::add_rectangle(scene, {-5, -5, 0}, {10, 0, 0}, {0, 10, 0}, grey);  // the floor itself
     test::add_rectangle(scene, {0, -5, -1}, {0, 10, 0}, {0, 0, 3}, grey);   // a wall between them
     const Occluders occluders(scene, scene.surfaces, Vec3{0.0}, offset);
-    const Polygon on_floor{{-2, 0, 0}, {-1, 0, 0}, {-1, 1, 0}, {-2, 1, 0}}, above{{-2, 0, 2}, {-1, 0, 2}, {-1, 1, 2}, {-2, 1, 2}};
-    const FlatBox floor_beyond{{1, 0, 0}, {2, 1, 0}}, floor_here{{-3, 0, 0}, {-2, 1, 0}}, room_beyond{{1, 0, 0}, {2, 1, 2}};
+    const Polygon on_floor{{-2, 0, 0}, {-1, 0, 0}, {-1, 1, 0}, {-2, 1, 0}},
+        above{{-2, 0, 2}, {-1, 0, 2}, {-1, 1, 2}, {-2, 1, 2}};
+    const FlatBox floor_beyond{{1, 0, 0}, {2, 1, 0}}, floor_here{{-3, 0, 0}, {-2, 1, 0}},
+        room_beyond{{1, 0, 0}, {2, 1, 2}};
     const auto found = [&](const Polygon& polygon, const FlatBox& receivers) {
       const FlatShooter shooter = flat_shooter(polygon, {0, 0, 1}, Vec3{0.0});
       return surfaces_of(occluders.in_shaft(shaft_between(box_of(shooter), receivers, static_cast<float>(offset)),
@@ -136,7 +141,8 @@ TEST_SUITE("occluders") {
     const FlatBox everywhere{{-9, -9, -9}, {9, 9, 9}};
     const std::vector<ShooterSides> neither(8);
     const Shaft shaft = shaft_between(everywhere, everywhere, 0);
-    const OccluderSelection whole = occluders.in_shaft(shaft, neither, 50), cut = occluders.in_shaft(shaft, neither, 49);
+    const OccluderSelection whole = occluders.in_shaft(shaft, neither, 50),
+                            cut = occluders.in_shaft(shaft, neither, 49);
     CHECK(whole.complete);
     CHECK(surfaces_of(whole).size() == 50);
     CHECK(!cut.complete);

@@ -57,7 +57,8 @@ TEST_SUITE("shadows") {
       Random random(50);
       std::uint64_t lanes = 0, blocked = 0, saved = 0, asked = 0;
       for (int shot = 0; shot < 60; ++shot) {
-        const Group& group = rooms.mesh->groups[rooms.groups[random.below(static_cast<std::uint32_t>(rooms.groups.size()))].value];
+        const Group& group =
+            rooms.mesh->groups[rooms.groups[random.below(static_cast<std::uint32_t>(rooms.groups.size()))].value];
         const Plane& plane = rooms.mesh->planes[group.plane.value];
         std::vector<Vec3> corners;
         for (const Vec2& corner : rooms.mesh->polygon(group.polygon)) corners.push_back(plane.point(corner));
@@ -67,7 +68,8 @@ TEST_SUITE("shadows") {
         for (int i = 0; i < 32; ++i) {  // points spread between the centre and the corners
           const int k = i % 16 % shooter.count;
           const float t = static_cast<float>(i % 16) / 17.f;
-          aim.x[i] = shooter.cx + t * (shooter.x[k] - shooter.cx), aim.y[i] = shooter.cy + t * (shooter.y[k] - shooter.cy);
+          aim.x[i] = shooter.cx + t * (shooter.x[k] - shooter.cx),
+          aim.y[i] = shooter.cy + t * (shooter.y[k] - shooter.cy);
           aim.z[i] = shooter.cz + t * (shooter.z[k] - shooter.cz);
         }
         Shadows shadows(caster, occluders, rays, nullptr);
@@ -75,14 +77,17 @@ TEST_SUITE("shadows") {
           const ReceiverNode& node = tree.nodes[island];
           shadows.enter_island({{node.lo[0], node.lo[1], node.lo[2]}, {node.hi[0], node.hi[1], node.hi[2]}});
           for (std::uint32_t i = node.first_item; i < node.first_item + node.item_count; ++i)
-            for (std::uint32_t c = tree.items[i].first_cluster; c < tree.items[i].first_cluster + tree.items[i].cluster_count; ++c) {
+            for (std::uint32_t c = tree.items[i].first_cluster;
+                 c < tree.items[i].first_cluster + tree.items[i].cluster_count; ++c) {
               const Cluster& cluster = tree.clusters[c];
-              shadows.enter_cluster({{cluster.lo[0], cluster.lo[1], cluster.lo[2]}, {cluster.hi[0], cluster.hi[1], cluster.hi[2]}});
+              shadows.enter_cluster(
+                  {{cluster.lo[0], cluster.lo[1], cluster.lo[2]}, {cluster.hi[0], cluster.hi[1], cluster.hi[2]}});
               shadows.enter_part(nullptr);
               Factors16 packet;
               clear_segments(packet.segments);
-              const std::uint32_t seen = kernels().factor16(cluster.points, cluster.lanes, shooter, aim, static_cast<int>(c % 16),
-                                                            static_cast<float>(rays.offset()), packet);
+              const std::uint32_t seen =
+                  kernels().factor16(cluster.points, cluster.lanes, shooter, aim, static_cast<int>(c % 16),
+                                     static_cast<float>(rays.offset()), packet);
               if (seen == 0) continue;
               Segments16 alone = packet.segments;
               const std::uint32_t expected = rays.occluded16(alone, seen);
@@ -116,14 +121,15 @@ TEST_SUITE("shadows") {
     const auto box = [](const Vec3& lo, const Vec3& hi) {
       FlatBox flat;
       for (int axis = 0; axis < 3; ++axis)
-        flat.lo[axis] = static_cast<float>(lo[axis] - origin[axis]), flat.hi[axis] = static_cast<float>(hi[axis] - origin[axis]);
+        flat.lo[axis] = static_cast<float>(lo[axis] - origin[axis]),
+        flat.hi[axis] = static_cast<float>(hi[axis] - origin[axis]);
       return flat;
     };
     Shadows shadows(caster, occluders, rays, nullptr);
     CHECK(!shadows.hide(box({5, 1, 0}, {7, 3, 1}), false));  // nothing is known yet
     CHECK(shadows.hide(box({5, 1, 0}, {7, 3, 1}), true));
     CHECK(shadows.hide(box({4.5, 0.5, 0.2}, {7, 3, 2}), false));
-    CHECK(!shadows.hide(box({3, 1, 0}, {7, 3, 1}), true));   // reaches through the wall
+    CHECK(!shadows.hide(box({3, 1, 0}, {7, 3, 1}), true));  // reaches through the wall
     CHECK(!shadows.hide(box({3, 3, 0}, {3.9, 3.9, 0.5}), true));
   }
 }
