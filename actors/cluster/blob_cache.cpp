@@ -112,6 +112,11 @@ Expected<bool> BlobCache::append(const std::string& hash, std::uint64_t offset, 
   return true;
 }
 
+void BlobCache::remove(const std::string& hash) const {
+  std::error_code error;
+  if (is_sha256(hash)) fs::remove(path(hash), error);
+}
+
 void BlobCache::trim(const std::string& keep) const {
   struct Kept {
     fs::file_time_type used;

@@ -34,6 +34,7 @@ class BlobCache {
   /// @error io; bad_input: a gap, or the bytes have another hash (what had arrived is thrown away)
   Expected<bool> append(const std::string& hash, std::uint64_t offset, std::uint64_t total,
                         std::span<const std::uint8_t> bytes);
+  void remove(const std::string& hash) const;
   /// Makes room. @param keep  not this one
   void trim(const std::string& keep) const;
   std::string path(const std::string& hash) const { return folder_ + "/" + hash + ".lht"; }

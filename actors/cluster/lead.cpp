@@ -3,7 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
-#include <deque>
+#include <cmath>
 #include <filesystem>
 #include <future>
 #include <set>
@@ -97,6 +97,9 @@ class LeadState {
   void admit(PeerId peer, const Registration& facts) {
     const auto stranger = strangers_.find(peer);
     if (stranger == strangers_.end()) return;
+    if (facts.cores < 1 || facts.cores > 4096 || !(facts.rays_per_s >= 0 && facts.rays_per_s < 1e15) ||
+        facts.memory_bytes > 1ull << 50)
+      return link_->close(peer, "what it says of itself can not be");
     const NodeId node{++last_node_};
     node_of_[peer] = node;
     KnownNode& known = nodes_[node];
@@ -115,6 +118,7 @@ class LeadState {
   void on(NodeId, Other&) {}  // of the other direction
   void on(NodeId node, NodeReport& report) {
     dispatcher_.node_reported(node, report.free_memory_bytes, clock_.now());
+    if (!std::isfinite(report.busy_share)) report.busy_share = 0;
     nodes_[node].report = std::move(report);
   }
   void on(NodeId node, Hosted& hosted) { dispatcher_.hosted(node, hosted.job, hosted.epoch, clock_.now()); }
@@ -128,18 +132,18 @@ class LeadState {
     if (!bytes) return spdlog::warn("node {} wants a blob: {}", node.value, bytes.error().text());
     to_node(node, BlobPart{want.hash, want.offset, total, std::move(*bytes)}, true);
   }
-  void on(NodeId, RunMessage& message) {
+  void on(NodeId node, RunMessage& message) {
     RunLead* const run = run_at(message.job, message.epoch);
     if (!run) return;
     Expected<Message> content = decode(message.message);
     if (!content) return spdlog::warn("a message of job {} is refused: {}", message.job.value, content.error().text());
-    run->accept(message, std::move(*content), clock_.now());
+    run->accept(node, message, std::move(*content), clock_.now());
     look_at(*run);
   }
-  void on(NodeId, CellImage& image) {
+  void on(NodeId node, CellImage& image) {
     RunLead* const run = run_at(image.job, image.epoch);
     if (!run) return;
-    run->accept(std::move(image), clock_.now());
+    run->accept(node, std::move(image), clock_.now());
     look_at(*run);
   }
 
@@ -230,7 +234,8 @@ class LeadState {
       else
         dispatcher_.checkpoint_failed(written.job, written.epoch, clock_.now());
     } else {
-      job.kept.solution = written.hash;
+      const std::string before = std::exchange(job.kept.solution, written.hash);
+      if (before != job.begun_with) stale_.insert(before);
       job.energy = written.energy, job.counters = written.counters;
       if (written.is_end)
         dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
@@ -238,9 +243,18 @@ class LeadState {
         dispatcher_.checkpoint_kept(written.job, written.epoch, clock_.now());
     }
     step();
+    drop_stale();
   }
 
  private:
+  /// Checkpoints that newer ones have replaced. What a job began with stays: another job may begin with the same.
+  void drop_stale() {
+    for (const auto& [id, job] : jobs_)
+      for (const std::string& used : {job.kept.solution, job.kept.order.solution, job.begun_with}) stale_.erase(used);
+    for (const std::string& hash : stale_) blobs_->remove(hash);
+    stale_.clear();
+  }
+
   struct KnownNode {
     std::string name;
     PeerId link;
@@ -457,6 +471,7 @@ class LeadState {
   Dispatcher dispatcher_;
   std::uint32_t last_node_ = 0;
   std::uint64_t last_writing_ = 0;
+  std::set<std::string> stale_;
   std::map<PeerId, LinkUp> strangers_;
   std::map<PeerId, NodeId> node_of_;
   std::map<NodeId, KnownNode> nodes_;
@@ -520,6 +535,10 @@ Expected<std::unique_ptr<Lead>> Lead::start(LeadOptions options) {
   std::unique_ptr<Lead> lead(new Lead);
   std::error_code error;
   std::filesystem::create_directories(options.folder + "/results", error);
+  // What an earlier process was writing.
+  for (const auto& entry : std::filesystem::directory_iterator(options.folder, error))
+    for (const char* begin : {"light.", "begin.", "shown."})
+      if (entry.path().filename().string().starts_with(begin)) std::filesystem::remove(entry.path(), error);
   lead->blobs_ = std::make_shared<BlobCache>(options.folder + "/blobs", 64ull << 30);
   if (Status opened = lead->blobs_->open(); !opened) return opened.error();
   Expected<LeadFile> file = read_lead_file(options.folder + "/jobs");

@@ -72,17 +72,26 @@ void RunLead::take_checkpoint(Instant now) {
   drive(now);
 }
 
-void RunLead::accept(const RunMessage& message, Message content, Instant now) {
+void RunLead::accept(NodeId from, const RunMessage& message, Message content, Instant now) {
   const Address to = address(message);
   if (controller_ && std::holds_alternative<ToController>(to)) {
-    if (const auto* ready = std::get_if<CellReady>(&content)) controller_->accept({ready->cell, to, content}, now);
-    if (const auto* report = std::get_if<CellReport>(&content)) controller_->accept({report->cell, to, content}, now);
+    const auto is_theirs = [&](CellId cell) {
+      return cell.value < nodes_of_cells_.size() && nodes_of_cells_[cell.value] == from;
+    };
+    if (const auto* ready = std::get_if<CellReady>(&content); ready && is_theirs(ready->cell))
+      controller_->accept({ready->cell, to, content}, now);
+    if (const auto* report = std::get_if<CellReport>(&content); report && is_theirs(report->cell))
+      controller_->accept({report->cell, to, content}, now);
   }
   if (balancer_ && std::holds_alternative<ToBalancer>(to)) {
     // From a worker that was taken for lost it counts no more: its columns are somebody else's now.
-    if (const auto* request = std::get_if<JobRequest>(&content); request && workers_.count(request->worker))
+    const auto is_theirs = [&](WorkerId worker) {
+      const auto found = workers_.find(worker);
+      return found != workers_.end() && found->second == from;
+    };
+    if (const auto* request = std::get_if<JobRequest>(&content); request && is_theirs(request->worker))
       balancer_->accept({request->worker, to, content}, now);
-    if (const auto* result = std::get_if<ColumnResult>(&content); result && workers_.count(result->worker)) {
+    if (const auto* result = std::get_if<ColumnResult>(&content); result && is_theirs(result->worker)) {
       const WorkerId worker = result->worker;
       balancer_->accept({worker, to, std::move(content)}, now);
     }
@@ -90,8 +99,8 @@ void RunLead::accept(const RunMessage& message, Message content, Instant now) {
   drive(now);
 }
 
-void RunLead::accept(CellImage image, Instant) {
-  if (!collecting_ || image.cell.value >= nodes_of_cells_.size()) return;
+void RunLead::accept(NodeId from, CellImage image, Instant) {
+  if (!collecting_ || image.cell.value >= nodes_of_cells_.size() || nodes_of_cells_[image.cell.value] != from) return;
   images_[image.cell] = std::move(image);
   if (images_.size() < nodes_of_cells_.size()) return;
   collecting_ = false;

@@ -37,8 +37,9 @@ class RunLead {
 
   void begin(Instant now);
   void take_checkpoint(Instant now);
-  void accept(const RunMessage& message, Message content, Instant now);
-  void accept(CellImage image, Instant now);
+  /// What a node says in the name of machines that it does not host is ignored.
+  void accept(NodeId from, const RunMessage& message, Message content, Instant now);
+  void accept(NodeId from, CellImage image, Instant now);
   /// Asks cells for reports, for progress.
   void refresh(Instant now);
   /// What has become due; told once.

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -56,9 +57,15 @@ io::Image rows_of(const Image& image) {
   return rows;
 }
 
+/// So that no two threads write the same temporary file.
+std::string fresh_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return std::to_string(++last);
+}
+
 /// As PNG, by way of a file, which is all that the library writes.
-Expected<std::string> png_of(const io::Image& image, const std::string& folder, std::uint64_t number) {
-  const std::string path = folder + "/shown." + std::to_string(number) + ".png";
+Expected<std::string> png_of(const io::Image& image, const std::string& folder) {
+  const std::string path = folder + "/shown." + fresh_number() + ".png";
   if (Status written = io::write_image(path, image.view()); !written) return written.error();
   Expected<std::string> bytes = contents_of(path);
   std::error_code error;
@@ -356,7 +363,7 @@ bool Lab::has_scene(const std::string& hash) {
 Expected<std::string> Lab::add_scene(const std::string& bytes) {
   // What is no scene is not kept.
   if (const Expected<Scene> scene = io::scene_from_parcel(bytes, "the scene"); !scene) return scene.error();
-  const std::string hash = actors::sha256_of(bytes), path = scene_path(hash), partial = path + ".part";
+  const std::string hash = actors::sha256_of(bytes), path = scene_path(hash), partial = path + "." + fresh_number() + ".part";
   {
     std::ofstream file(partial, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -398,7 +405,7 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
                       what->method == Method::hemicube ? TransferMethod::hemicube : TransferMethod::rays};
 
   actors::JobOrder order;
-  const std::string path = options_.lead.folder + "/begin." + hash.substr(0, 16) + "." + std::to_string(std::clock());
+  const std::string path = options_.lead.folder + "/begin." + hash.substr(0, 16) + "." + fresh_number();
   if (Status written = io::write_solution(path, solution); !written) return written.error();
   Expected<std::string> blob = lead_->blobs().adopt(path);
   if (!blob) return blob.error();
@@ -437,7 +444,7 @@ Expected<std::string> Lab::result(std::uint64_t id, const std::string& kind) {
   if (kind != "image.png") return Error{ErrorCode::bad_input, kind, "is no kind of result"};
   const Expected<io::Image> image = io::read_image(path);
   if (!image) return image.error();
-  return png_of(*image, options_.lead.folder, id);
+  return png_of(*image, options_.lead.folder);
 }
 
 Expected<std::string> Lab::log(std::uint64_t id) {
@@ -491,7 +498,7 @@ Expected<std::string> Lab::picture_so_far(std::uint64_t id) {
   if (job->job.state == JobState::done) return result(id, "image.png");
   Expected<Image> image = lead_->picture(JobId{id});
   if (!image) return image.error();
-  return png_of(rows_of(*image), options_.lead.folder, id);
+  return png_of(rows_of(*image), options_.lead.folder);
 }
 
 }  // namespace lichthof::apps
