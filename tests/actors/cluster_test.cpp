@@ -183,8 +183,9 @@ TEST_SUITE("cluster") {
 
     const Solution far = lab.light_of(*id), here = solved_here(start);
     CHECK(far.converged);
-    // Shots come in another order, and what each leaves unshot at the end differs.
-    CHECK(test::relative_rms(far, here) < 2e-3);
+    // Shots come in another order. Rays and hemicubes stand where a shot's light leaves, so what is transferred depends on how
+    // light is shared out among shots: by some 2e-3 here, a fifth of what dividing the scene costs.
+    CHECK(test::relative_rms(far, here) < 5e-3);
     CHECK(far.energy.emitted == doctest::Approx(here.energy.emitted).epsilon(1e-9));
     CHECK(std::abs(far.energy.residual() - here.energy.residual()) < 1e-3);
     CHECK(far.counters.messages > 0);
