@@ -61,8 +61,8 @@ static void fields(Codec& c, Field<Codec, Hosted> message) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, HostFailed> message) {
-  auto& [job, epoch, reason] = message;
-  c(job, epoch, reason);
+  auto& [job, epoch, reason, is_unreachable] = message;
+  c(job, epoch, reason, is_unreachable);
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, ReleaseShare> message) {

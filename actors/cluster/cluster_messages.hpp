@@ -73,6 +73,7 @@ struct HostFailed {
   JobId job;
   Epoch epoch;
   std::string reason;
+  bool is_unreachable = false;  ///< another node is at fault, or the way to it
 };
 struct ReleaseShare {
   JobId job;

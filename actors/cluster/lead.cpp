@@ -24,6 +24,7 @@ using namespace std::chrono_literals;
 using tick_atom = caf::atom_constant<caf::atom("tick")>;
 
 constexpr auto tick = 100ms;
+constexpr auto complaint_waits = Duration{12'000'000'000};  // longer than a lease: who is silent is lost by then
 constexpr auto refresh_every = Duration{1'000'000'000};
 
 /// A solution that a thread of its own has written.
@@ -123,7 +124,10 @@ class LeadState {
   }
   void on(NodeId node, Hosted& hosted) { dispatcher_.hosted(node, hosted.job, hosted.epoch, clock_.now()); }
   void on(NodeId node, HostFailed& failed) {
+    if (!run_at(failed.job, failed.epoch)) return;
     say(failed.job, "node " + nodes_[node].name + " can not host it: " + failed.reason);
+    // The node that can't be reached is usually gone, and the lead about to notice: then the job is hosted anew anyway.
+    if (failed.is_unreachable) return complaints_.push_back({node, failed, clock_.now() + complaint_waits});
     dispatcher_.host_failed(node, failed.job, failed.epoch, failed.reason, clock_.now());
   }
   void on(NodeId node, WantBlob& want) {
@@ -212,6 +216,12 @@ class LeadState {
 
   void on_tick() {
     const Instant now = clock_.now();
+    for (; !complaints_.empty() && complaints_.front().due <= now; complaints_.pop_front()) {
+      const Complaint& complaint = complaints_.front();
+      const HostFailed& failed = complaint.failed;
+      if (run_at(failed.job, failed.epoch))
+        dispatcher_.host_failed(complaint.node, failed.job, failed.epoch, failed.reason, now);
+    }
     if ((now - refreshed_).ns >= refresh_every.ns) {
       refreshed_ = now;
       for (auto& [id, job] : jobs_)
@@ -472,6 +482,12 @@ class LeadState {
   std::uint32_t last_node_ = 0;
   std::uint64_t last_writing_ = 0;
   std::set<std::string> stale_;
+  struct Complaint {
+    NodeId node;
+    HostFailed failed;
+    Instant due;
+  };
+  std::deque<Complaint> complaints_;  ///< of nodes about others
   std::map<PeerId, LinkUp> strangers_;
   std::map<PeerId, NodeId> node_of_;
   std::map<NodeId, KnownNode> nodes_;

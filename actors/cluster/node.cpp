@@ -102,7 +102,7 @@ class NodeState {
     for (const auto& [key, share] : shares_)
       for (const auto& [node, peer] : share.reached)
         if (peer == down.peer) broken.push_back({share.wanted.job, share.wanted.epoch});
-    for (const auto& [job, epoch] : broken) fail(job, epoch, "another node can not be reached: " + down.reason);
+    for (const auto& [job, epoch] : broken) fail(job, epoch, "another node can not be reached: " + down.reason, true);
   }
 
   void on(const DialFailed& failed) {
@@ -120,7 +120,8 @@ class NodeState {
       for (const Peer& peer : share.wanted.peers)
         if (peer.host == failed.host && peer.port == failed.port && ++dials_[peer.boot_id] >= most_dials)
           hopeless.push_back({share.wanted.job, share.wanted.epoch});
-    for (const auto& [job, epoch] : hopeless) fail(job, epoch, failed.host + " can not be reached: " + failed.reason);
+    for (const auto& [job, epoch] : hopeless)
+      fail(job, epoch, failed.host + " can not be reached: " + failed.reason, true);
   }
 
   void on(const FrameArrived& frame) {
@@ -294,11 +295,11 @@ class NodeState {
     if (down.reason && down.reason != caf::exit_reason::kill) fail(job, epoch, text(down.reason));
   }
 
-  void fail(JobId job, Epoch epoch, const std::string& reason) {
+  void fail(JobId job, Epoch epoch, const std::string& reason, bool is_unreachable = false) {
     if (!share_at(job, epoch)) return;
     spdlog::warn("job {} can not be hosted here: {}", job.value, reason);
     shares_.erase(job);
-    to_lead(HostFailed{job, epoch, reason.substr(0, 1000)});
+    to_lead(HostFailed{job, epoch, reason.substr(0, 1000), is_unreachable});
   }
 
   // ---- Time ----

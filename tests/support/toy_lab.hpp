@@ -47,6 +47,7 @@ class ToyLab final : public apps::LabService {
     return all;
   }
   Expected<nlohmann::json> job(std::uint64_t id) override {
+    ++looks;
     const std::lock_guard lock(mutex_);
     if (!jobs_.count(id)) return none();
     return jobs_[id];
@@ -110,6 +111,8 @@ class ToyLab final : public apps::LabService {
     if (!jobs_.count(id)) return none();
     return std::string("\x89PNG");
   }
+
+  std::atomic<int> looks{0};  ///< at single jobs
 
   /// A job in a state.
   std::uint64_t add_job(const std::string& state) {

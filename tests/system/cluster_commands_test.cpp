@@ -104,8 +104,9 @@ TEST_SUITE("cluster commands") {
     CHECK(failed.complains("failed: node lab7 was lost"));
     cluster.lab.add_job("running");
     {
+      const int looks = cluster.lab.looks;
       Process watching({"jobs", "watch", "3"});
-      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+      while (cluster.lab.looks == looks) std::this_thread::sleep_for(std::chrono::milliseconds(10));
       watching.signal(SIGINT);
       const Outcome outcome = watching.finish();
       CHECK(outcome.status == 1);
