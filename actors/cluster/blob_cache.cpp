@@ -1,13 +1,10 @@
 #include "actors/cluster/blob_cache.hpp"
 
-#include <openssl/evp.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
-#include <memory>
+
+#include "actors/link/digest.hpp"
 
 namespace lichthof::actors {
 
@@ -18,31 +15,6 @@ namespace fs = std::filesystem;
 Error failed(const std::string& path, const char* what) { return {ErrorCode::io, path, what}; }
 
 }  // namespace
-
-bool is_sha256(const std::string& text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
-
-Expected<std::string> sha256_of_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return failed(path, "can not be read");
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
-  std::vector<char> buffer(1u << 20);
-  while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || file.gcount() > 0)
-    EVP_DigestUpdate(context.get(), buffer.data(), static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) return failed(path, "can not be read");
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  std::string text;
-  for (unsigned k = 0; k < size; ++k) {
-    text += "0123456789abcdef"[digest[k] >> 4];
-    text += "0123456789abcdef"[digest[k] & 15];
-  }
-  return text;
-}
 
 Status BlobCache::open() {
   std::error_code error;

@@ -11,10 +11,6 @@
 
 namespace lichthof::actors {
 
-/// Lower-case hexadecimal. @error io
-Expected<std::string> sha256_of_file(const std::string& path);
-bool is_sha256(const std::string& text);
-
 class BlobCache {
  public:
   /// @param folder      made where it is missing, for its owner alone

@@ -102,7 +102,7 @@ struct CellImage {
   Epoch epoch;
   CellId cell;
   std::vector<float> light;  ///< 9 per element
-  std::vector<double> sums;  ///< see cell_image.cpp
+  std::vector<double> sums;  ///< as HostedRun::image writes and put_images reads them
   std::vector<std::uint64_t> counters;
 };
 

@@ -375,10 +375,8 @@ class LeadState {
     }
   }
   void carry_out(const JobEnded& order) {
-    static constexpr const char* words[] = {"queued", "running", "done", "failed", "cancelled"};
     jobs_[order.job].ended = clock_.now();
-    say(order.job,
-        std::string(words[static_cast<std::size_t>(order.state)]) + (order.reason.empty() ? "" : ": " + order.reason));
+    say(order.job, std::string(name_of(order.state)) + (order.reason.empty() ? "" : ": " + order.reason));
   }
   void carry_out(const DropNode& order) {
     const auto found = nodes_.find(order.node);

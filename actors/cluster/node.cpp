@@ -245,10 +245,14 @@ class NodeState {
     if (!loaded.run) return fail(loaded.job, loaded.epoch, loaded.reason);
     share->run = loaded.run;
     last_solution_ = loaded.solution, last_solution_hash_ = share->wanted.solution;
-    for (const NodeId node : share->run->partners())
-      if (const Peer* peer = peer_of(*share, node); peer && !peers_.count(peer->boot_id))
-        link_->dial(peer->host, peer->port);
+    dial_partners(*share);
     start_if_ready(*share);
+  }
+
+  void dial_partners(const Share& share) {
+    for (const NodeId node : share.run->partners())
+      if (const Peer* peer = peer_of(share, node); peer && !peers_.count(peer->boot_id))
+        link_->dial(peer->host, peer->port);
   }
 
   void start_if_ready(Share& share) {
@@ -333,6 +337,9 @@ class NodeState {
   }
 
   void report() {
+    // A partner that could not be reached may be by now.
+    for (const auto& [job, share] : shares_)
+      if (share.run && !share.started) dial_partners(share);
     if (!lead_ || own_.value == 0) return;
     const double now = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     timespec used{};

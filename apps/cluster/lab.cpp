@@ -41,11 +41,6 @@ Expected<std::string> contents_of(const std::string& path) {
   return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-const char* name_of(JobState state) {
-  static constexpr const char* names[] = {"queued", "running", "done", "failed", "cancelled"};
-  return names[static_cast<std::size_t>(state)];
-}
-
 /// Rows from top to bottom, as files hold them.
 io::Image rows_of(const Image& image) {
   io::Image rows{image.width(), image.height(), std::vector<float>(3 * std::size_t{image.width()} * image.height())};
@@ -363,7 +358,8 @@ bool Lab::has_scene(const std::string& hash) {
 Expected<std::string> Lab::add_scene(const std::string& bytes) {
   // What is no scene is not kept.
   if (const Expected<Scene> scene = io::scene_from_parcel(bytes, "the scene"); !scene) return scene.error();
-  const std::string hash = actors::sha256_of(bytes), path = scene_path(hash), partial = path + "." + fresh_number() + ".part";
+  const std::string hash = actors::sha256_of(bytes), path = scene_path(hash),
+                    partial = path + "." + fresh_number() + ".part";
   {
     std::ofstream file(partial, std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -30,6 +30,10 @@ struct NodeFacts {
 
 /// running: hosted somewhere, or being hosted. queued: waits for its turn, or for nodes after it lost some.
 enum class JobState : std::uint8_t { queued, running, done, failed, cancelled };
+inline const char* name_of(JobState state) {
+  constexpr const char* names[] = {"queued", "running", "done", "failed", "cancelled"};
+  return names[static_cast<std::size_t>(state)];
+}
 inline bool has_ended(JobState state) { return state != JobState::queued && state != JobState::running; }
 enum class Pass : std::uint8_t { radiosity, picture };
 

@@ -56,7 +56,7 @@ const std::vector<Library>& libraries() {
       {"immintrin.h", {"core/light/kernels/"}},
       {"caf/", {"actors/", "apps/", "tests/", "bench/"}},
       {"spdlog/", {"actors/", "apps/", "tests/", "bench/"}},
-      {"openssl/", {"actors/link/", "actors/cluster/blob_cache", "tests/"}},
+      {"openssl/", {"actors/link/", "tests/"}},
       {"OpenImageIO/", {"io/", "tests/"}},
       {"tiny_obj_loader.h", {"io/"}},
       {"tiny_gltf.h", {"io/"}},
