@@ -98,8 +98,10 @@ const char* word(Health health) { return health == Health::good ? "ok" : health 
 
 Status doctor(const OutputOptions& talk, const Interruption& interruption) {
   log_as_asked(talk);
+  // Pictures first: OpenImageIO is among the loaded libraries only after that.
+  const Finding picture_files = pictures();
   std::vector<Finding> findings = machine_findings();
-  findings.push_back(pictures());
+  findings.push_back(picture_files);
   findings.push_back(solver(interruption));
   nlohmann::json checks = nlohmann::json::array();
   std::vector<std::string> lines;

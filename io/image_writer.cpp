@@ -1,14 +1,12 @@
 #include "io/image_writer.hpp"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "core/base/check.hpp"
 #include "io/atomic_file.hpp"
+#include "io/image_codec.hpp"
 #include "io/text.hpp"
 
 namespace lichthof::io {
@@ -17,13 +15,6 @@ namespace {
 
 constexpr double key = 0.18;
 constexpr std::uint64_t most_pixels = 1u << 28;
-
-/// Messages of the library may have several lines; ours have one.
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "unknown error" : text;
-}
 
 std::string ending_of(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
@@ -40,37 +31,12 @@ std::vector<std::uint8_t> tone_mapped(const ImageView& image, const ToneMapping&
   return bytes;
 }
 
-/// What to encode: pixels of one type, and the ending that names the format.
-struct Pixels {
-  std::string ending;
-  OIIO::TypeDesc type;
-  const void* data;
-};
-
-/// The file's bytes, made in memory: OpenImageIO's writers do not all notice a full disk, our own writing does.
-Status write_encoded(const std::string& path, const ImageView& image, const Pixels& pixels) {
-  const std::string name = "picture" + pixels.ending;
-  auto output = OIIO::ImageOutput::create(name);
-  if (!output)
-    return Error{ErrorCode::failed, path, "no writer for " + pixels.ending + ": " + one_line(OIIO::geterror())};
-  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, pixels.type);
-  spec.attribute("oiio:ColorSpace", pixels.type == OIIO::TypeDesc::FLOAT ? "Linear" : "sRGB");
-  if (pixels.ending == ".exr") spec.attribute("compression", "zip");
-
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  if (!output->set_ioproxy(&memory))
-    return Error{ErrorCode::failed, path, "the writer for " + pixels.ending + " can't write to memory"};
-  const bool good = output->open(name, spec) && output->write_image(pixels.type, pixels.data);
-  const std::string problem = good ? "" : one_line(output->geterror());
-  if (!output->close() || !good) return Error{ErrorCode::io, path, "cannot be encoded: " + problem};
-  return write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
-bool is_srgb(const OIIO::ImageSpec& spec) {
-  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-  if (space == "Linear" || space == "linear" || space == "scene_linear") return false;
-  return spec.format.basetype == OIIO::TypeDesc::UINT8 || spec.format.basetype == OIIO::TypeDesc::UINT16;
+Status write_encoded(const std::string& path, const std::string& ending, const PixelView& pixels) {
+  const Expected<const ImageCodec*> codec = image_codec();
+  if (!codec) return codec.error();
+  const auto bytes = (*codec)->encode(ending, pixels);
+  if (!bytes) return Error{bytes.error().code, path, bytes.error().message};
+  return write_file(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
 /// Mean of the pixels that fall together; every output pixel covers a whole number of them or one more.
@@ -100,16 +66,14 @@ Image scaled_down(const Image& image, std::uint32_t longest_side) {
 }
 
 /// Grey, grey with alpha, RGB, RGBA or more channels to linear RGB.
-Image linear_rgb(const std::vector<float>& pixels, const OIIO::ImageSpec& spec) {
-  Image image{static_cast<std::uint32_t>(spec.width), static_cast<std::uint32_t>(spec.height), {}};
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  const std::size_t count = std::size_t{image.width} * image.height;
-  const bool decode = is_srgb(spec);
+Image linear_rgb(const StoredImage& stored) {
+  Image image{stored.width, stored.height, {}};
+  const std::size_t channels = stored.channels, count = std::size_t{image.width} * image.height;
   image.rgb.resize(3 * count);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const float value = pixels[i * channels + (channels >= 3 ? c : 0)];
-      image.rgb[3 * i + c] = decode ? static_cast<float>(srgb_decoded(value)) : value;
+      const float value = stored.values[i * channels + (channels >= 3 ? c : 0)];
+      image.rgb[3 * i + c] = stored.srgb ? static_cast<float>(srgb_decoded(value)) : value;
     }
   }
   return image;
@@ -150,37 +114,26 @@ Status write_image(const std::string& path, const ImageView& image, const ToneMa
   const std::string ending = ending_of(path);
   if (ending != ".exr" && ending != ".hdr" && ending != ".png")
     return bad_input(path, "unknown kind of picture; .exr, .hdr and .png can be written");
-  if (ending != ".png") return write_encoded(path, image, {ending, OIIO::TypeDesc::FLOAT, image.rgb});
+  if (ending != ".png") return write_encoded(path, ending, {image.width, image.height, PixelType::float32, image.rgb});
   const std::vector<std::uint8_t> bytes = tone_mapped(image, tone);
-  return write_encoded(path, image, {ending, OIIO::TypeDesc::UINT8, bytes.data()});
+  return write_encoded(path, ending, {image.width, image.height, PixelType::uint8, bytes.data()});
 }
 
 Status write_texture(const std::string& path, const ImageView& image) {
   std::vector<std::uint16_t> values(std::size_t{3} * image.width * image.height);
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = static_cast<std::uint16_t>(std::lround(65535.0 * srgb_encoded(std::clamp(image.rgb[i], 0.f, 1.f))));
-  return write_encoded(path, image, {".png", OIIO::TypeDesc::UINT16, values.data()});
+  return write_encoded(path, ".png", {image.width, image.height, PixelType::uint16, values.data()});
 }
 
 Expected<Image> read_image(const std::string& path, std::uint32_t longest_side) {
   std::error_code problem;
   if (!std::filesystem::is_regular_file(path, problem)) return bad_input(path, "cannot be opened: no such file");
-  // Colours as stored: alpha must not darken them.
-  OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);
-  auto input = OIIO::ImageInput::open(path, &config);
-  if (!input) return bad_input(path, "cannot be read as an image: " + one_line(OIIO::geterror()));
-  const OIIO::ImageSpec spec = input->spec();
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1)
-    return bad_input(path, "has no pixels to show");
-  if (std::uint64_t(spec.width) * std::uint64_t(spec.height) * std::uint64_t(std::max(spec.nchannels, 3)) >
-      3 * most_pixels)
-    return bad_input(path, "has too many pixels: " + std::to_string(spec.width) + " x " + std::to_string(spec.height));
-  std::vector<float> pixels(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(spec.nchannels));
-  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data()))
-    return bad_input(path, "cannot be read as an image: " + one_line(input->geterror()));
-  input->close();
-  Image image = linear_rgb(pixels, spec);
+  const Expected<const ImageCodec*> codec = image_codec();
+  if (!codec) return codec.error();
+  const Expected<StoredImage> stored = (*codec)->decode(path, 3 * most_pixels);
+  if (!stored) return stored.error();
+  Image image = linear_rgb(*stored);
   if (longest_side > 0 && std::max(image.width, image.height) > longest_side) return scaled_down(image, longest_side);
   return image;
 }
