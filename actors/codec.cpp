@@ -61,8 +61,8 @@ static void fields(Codec& c, Field<Codec, ShotPatch> patch) {
 
 template <class Codec>
 static void fields(Codec& c, Field<Codec, Shot> shot) {
-  auto& [id, version, plane, corners, centre, radius, area, patches] = shot;
-  c(id, version, plane, centre, radius, area);
+  auto& [id, version, group, plane, corners, centre, radius, area, patches] = shot;
+  c(id, version, group, plane, centre, radius, area);
   c.list(corners, max_corners);
   c.list(patches, max_patches);
 }

@@ -77,8 +77,7 @@ std::vector<Segments16> own_packets(const BenchCase& scene, const PacketScene& p
   const ElementOutlines outlines(*scene.mesh(), {});
   const TransferOptions options;
   PacketSample sample;
-  const TransferScene into{*scene.mesh(), packets.tree,   packets.rays, occluders,
-                           outlines,      options, packets.origin, &sample};
+  const TransferScene into{*scene.mesh(), packets.tree, packets.rays, occluders, outlines, options, packets.origin, nullptr, &sample};
   Radiosity unused(*scene.mesh(), packets.tree);
   const Parallel alone(1);
   transfers_of(scene, shots, [&](const Shot& shot) { transfer(shot, nullptr, into, unused, alone); });

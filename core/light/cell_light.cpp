@@ -9,6 +9,7 @@
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
 #include "core/light/transfer.hpp"
+#include "core/light/visibility_cache.hpp"
 
 namespace lichthof {
 
@@ -21,7 +22,7 @@ Rgb Shot::power() const {
 
 std::size_t Shot::wire_bytes() const {
   // As the wire form counts: 32-bit floats for values, 64-bit ones for places.
-  std::size_t bytes = 8 + 8 + 4 * 24 + 24 + 8 + 8 + 16 * corners.size();
+  std::size_t bytes = 8 + 8 + 4 + 4 * 24 + 24 + 8 + 8 + 16 * corners.size();
   for (const ShotPatch& patch : patches) bytes += 2 + 32 + 24 + 16 * patch.corners.size() + 16 * patch.delta.size();
   return bytes;
 }
@@ -102,7 +103,8 @@ struct CellLight::Impl {
         rays(*scene, surfaces, origin, Glass::clear),
         occluders(*scene, surfaces, origin, rays.offset()),
         light(*mesh, tree),
-        outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}) {
+        outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
+        answers(options.visibility_cache_bytes) {
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
       for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
@@ -134,6 +136,7 @@ struct CellLight::Impl {
   Occluders occluders;
   Radiosity light;
   ElementOutlines outlines;
+  VisibilityCache answers;
   double largest_initial_power = 0;
 };
 
@@ -156,6 +159,7 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
   Shot shot;
   shot.id = id;
   shot.version = version;
+  shot.group = group_id;
   shot.plane = mesh.planes[group.plane.value];
   const std::span<const Vec2> outline = mesh.polygon(group.polygon);
   shot.corners.assign(outline.begin(), outline.end());
@@ -179,7 +183,10 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
 }
 
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
-  const TransferScene scene{*impl_->mesh, impl_->tree, impl_->rays, impl_->occluders, impl_->outlines, impl_->options, impl_->origin};
+  // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
+  VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
+  const TransferScene scene{*impl_->mesh, impl_->tree, impl_->rays, impl_->occluders, impl_->outlines, impl_->options, impl_->origin,
+                            answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   if (!incoming) impl_->light.record_closure(shot.power(), work.received);
   return work;
@@ -277,7 +284,8 @@ void CellLight::load(const Solution& solution) {
 std::size_t CellLight::memory_bytes() const {
   const ReceiverTree& t = impl_->tree;
   return t.clusters.size() * (sizeof(Cluster) + sizeof(ClusterLight)) + t.patches.size() * (sizeof(PatchLight) + sizeof(PatchPlace)) +
-         t.nodes.size() * sizeof(ReceiverNode) + impl_->surfaces.size() * (sizeof(Surface) + 4 * sizeof(Vec3));
+         t.nodes.size() * sizeof(ReceiverNode) + impl_->surfaces.size() * (sizeof(Surface) + 4 * sizeof(Vec3)) +
+         impl_->answers.bytes();
 }
 
 }  // namespace lichthof

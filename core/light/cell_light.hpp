@@ -59,6 +59,7 @@ ExpectedLight expected_light(const CellOutlook& scene);
 struct Shot {
   ShotId id;
   SceneVersion version;
+  GroupId group;                      ///< who shoots
   Plane plane;
   std::vector<Vec2> corners;          ///< polygon of the whole group, plane coordinates
   Vec3 centre;                        ///< the hemicube stands here (m)
@@ -85,6 +86,8 @@ struct TransferOptions {
   double group_factor = 3.0;    ///< receivers beyond this many group radii see the group as one
   /// Clusters that could receive less than this share of a shot's power are skipped: share ≤ A / (π d²).
   double contribution_cut = 1e-5;
+  /// Memory for what shadow rays answered to the cell's own shots, for when their groups shoot again (core/light/visibility_cache).
+  std::size_t visibility_cache_bytes = std::size_t{128} << 20;
 };
 
 /// Sums over the cell that the machines exchange (W, per channel).

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/check.hpp"
 #include "core/light/local_shot.hpp"
 
 namespace lichthof {
@@ -60,11 +61,37 @@ FlatBox box_of(const Bounded& bounded) {
   return box;
 }
 
+/// What shadow rays answered in one island: asked anew and noted, or read from the notes of an earlier shot.
+class IslandAnswers {
+ public:
+  void note_in(std::vector<std::uint16_t>& notes) { notes_ = &notes; }
+  void read(std::span<const std::uint16_t> known) { known_ = known, reads_ = true; }
+
+  template <class Ask>
+  std::uint32_t answer(Ask&& ask) {
+    if (reads_) {
+      MUST(next_ < known_.size());
+      return known_[next_++];
+    }
+    const std::uint32_t answer = ask();
+    if (notes_) notes_->push_back(static_cast<std::uint16_t>(answer));
+    return answer;
+  }
+
+  bool are_read() const { return reads_; }
+
+ private:
+  std::vector<std::uint16_t>* notes_ = nullptr;
+  std::span<const std::uint16_t> known_;
+  std::size_t next_ = 0;
+  bool reads_ = false;
+};
+
 /// The work of one island: every item of one subtree, on one thread.
 class IslandTask {
  public:
-  IslandTask(const ShotView& shot, const TransferScene& scene, Radiosity& light)
-      : view_(shot), shot_(shot.local), scene_(scene), light_(light) {
+  IslandTask(const ShotView& shot, const TransferScene& scene, Radiosity& light, const IslandAnswers& answers)
+      : view_(shot), shot_(shot.local), scene_(scene), light_(light), answers_(answers) {
     clear_segments(factors_.segments);
     if (view_.shadows) shadows_.emplace(*view_.shadows, scene.occluders, scene.rays, scene.observer);
   }
@@ -72,14 +99,14 @@ class IslandTask {
   TransferWork run(std::uint32_t root) {
     const ReceiverNode& node = scene_.tree.nodes[root];
     if (!skipped(node)) {
-      if (shadows_) shadows_->enter_island(box_of(node));
+      if (shadows_ && !answers_.are_read()) shadows_->enter_island(box_of(node));
       visit(root);
     }
     for (const std::uint32_t i : touched_items_) {
       const ReceiverItem& item = scene_.tree.items[i];
       for (std::uint32_t g = item.first_group; g < item.first_group + item.group_count; ++g) light_.update_group(g);
     }
-    if (shadows_) work_.rays = shadows_->rays(), work_.rays_saved = shadows_->rays_saved();
+    if (shadows_) work_.rays += shadows_->rays(), work_.rays_saved += shadows_->rays_saved();
     return work_;
   }
 
@@ -88,7 +115,8 @@ class IslandTask {
   bool skipped(const ReceiverNode& node) {
     if (view_.behind(node.lo, node.hi)) return true;
     if (!shadows_ || node.cluster_count < clusters_worth_a_test) return false;
-    if (!shadows_->hide(box_of(node), node.cluster_count >= clusters_worth_a_ray)) return false;
+    const auto hides = [&] { return shadows_->hide(box_of(node), node.cluster_count >= clusters_worth_a_ray) ? 1u : 0u; };
+    if (answers_.answer(hides) == 0) return false;
     work_.clusters_hidden += node.cluster_count;
     return true;
   }
@@ -176,16 +204,35 @@ class IslandTask {
 
   /// Transfer from one polygon into one cluster.
   void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Part part) {
-    std::uint32_t seen = kernels_.factor16(cluster.points, cluster.lanes, source.flat, source.aim,
-                                           static_cast<int>(index * 7 & 15), view_.offset, factors_);
-    if (seen == 0) return;
+    const std::uint32_t sees = answers_.answer([&] { return cast(cluster, index, source); });
+    if (sees == 0) return;
+    if (answers_.are_read()) {
+      form_factors(cluster, index, source);
+      for (int lane = 0; lane < 16; ++lane)
+        if ((sees >> lane & 1) == 0) factors_.segments.tfar[lane] = -1.f;
+      const auto lanes = static_cast<std::uint64_t>(__builtin_popcount(sees));
+      work_.rays += lanes, work_.rays_saved += lanes;
+    }
+    settle({index, item_, &source, part}, factors_);
+  }
+
+  /// @returns lanes that the shooter's front is turned to
+  std::uint32_t form_factors(const Cluster& cluster, std::uint32_t index, const FlatSource& source) {
     work_.form_factors += 16;
-    if (view_.incoming) seen = apply_bitmap(cluster, seen);
-    if (seen == 0) return;
-    const Arrival arrival{index, item_, &source, part};
+    return kernels_.factor16(cluster.points, cluster.lanes, source.flat, source.aim, static_cast<int>(index * 7 & 15),
+                             view_.offset, factors_);
+  }
+
+  /// Finds who sees the polygon. @returns those lanes
+  std::uint32_t cast(const Cluster& cluster, std::uint32_t index, const FlatSource& source) {
+    std::uint32_t seen = form_factors(cluster, index, source);
+    if (seen != 0 && view_.incoming) seen = apply_bitmap(cluster, seen);
+    if (seen == 0) return 0;
     if (view_.items) look_up_items(cluster, seen);
     else shadows_->cast(factors_, seen);
-    settle(arrival, factors_);
+    std::uint32_t blocked = 0;
+    for (int lane = 0; lane < 16; ++lane) blocked |= (factors_.segments.tfar[lane] < 0.f ? 1u : 0u) << lane;
+    return seen & ~blocked;
   }
 
   /// Who gets what from whom.
@@ -255,6 +302,7 @@ class IslandTask {
   const Kernels& kernels_ = kernels();
   std::optional<Shadows> shadows_;
   std::size_t item_patch_ = 0;
+  IslandAnswers answers_;
   Factors16 factors_;
   TransferWork work_;
   std::uint32_t item_ = 0;                    ///< the one under way
@@ -268,8 +316,18 @@ TransferWork transfer(const Shot& shot, const HemicubeBitmap* incoming, const Tr
                       const Parallel& parallel) {
   const ShotView view(shot, incoming, scene, parallel);
   const std::vector<std::uint32_t>& islands = scene.tree.islands;
+  const VisibilityCache::Key key{shot.group, view.local.reflects, view.local.emits};
+  const VisibilityAnswers* known = scene.answers ? scene.answers->find(key) : nullptr;
+  const bool noted = scene.answers && !known && scene.answers->has_room();
+  std::vector<std::vector<std::uint16_t>> notes(noted ? islands.size() : 0);
   std::vector<TransferWork> parts(islands.size());
-  parallel.for_each(islands.size(), [&](std::size_t i) { parts[i] = IslandTask(view, scene, light).run(islands[i]); });
+  parallel.for_each(islands.size(), [&](std::size_t i) {
+    IslandAnswers answers;
+    if (known) answers.read(known->of_island(i));
+    else if (noted) answers.note_in(notes[i]);
+    parts[i] = IslandTask(view, scene, light, answers).run(islands[i]);
+  });
+  if (noted) scene.answers->keep(key, VisibilityAnswers(notes));
   // Summed in the order of the islands, so that the total does not depend on the threads.
   TransferWork total;
   for (const TransferWork& part : parts) {

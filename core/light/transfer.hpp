@@ -11,6 +11,7 @@
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
 #include "core/light/shadows.hpp"
+#include "core/light/visibility_cache.hpp"
 
 namespace lichthof {
 
@@ -22,6 +23,7 @@ struct TransferScene {
   const ElementOutlines& outlines;   ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
+  VisibilityCache* answers = nullptr;  ///< of earlier shots into this scene; nullptr: every ray is asked anew
   PacketObserver* observer = nullptr;  ///< with one thread only
 };
 
