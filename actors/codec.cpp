@@ -52,11 +52,12 @@ static void fields(Codec& c, Field<Codec, ColumnJob> job) {
 
 template <class Codec>
 static void fields(Codec& c, Field<Codec, ShotPatch> patch) {
-  auto& [corners, columns, rows, lo, hi, delta, area, reflected, emitted] = patch;
+  auto& [corners, columns, rows, lo, hi, delta, area, openness, reflected, emitted] = patch;
   c(columns, rows, lo, hi, reflected, emitted);
   c.list(corners, max_corners);
   c.list(delta, max_places);
   c.list(area, max_places);
+  c.list(openness, max_places);
 }
 
 template <class Codec>

@@ -23,10 +23,12 @@ bool plausible_polygon(const std::vector<Vec2>& corners) {
 bool plausible_patch(const ShotPatch& patch) {
   const std::size_t places = std::size_t{patch.columns} * patch.rows;
   return places >= 1 && places <= 16 && patch.delta.size() == places && patch.area.size() == places &&
+         patch.openness.size() == places &&
          plausible_polygon(patch.corners) && finite(patch.lo) && finite(patch.hi) && finite(patch.reflected) &&
          finite(patch.emitted) &&
          std::all_of(patch.delta.begin(), patch.delta.end(), [](const Rgbf& d) { return finite(d); }) &&
-         std::all_of(patch.area.begin(), patch.area.end(), [](float a) { return std::isfinite(a) && a >= 0; });
+         std::all_of(patch.area.begin(), patch.area.end(), [](float a) { return std::isfinite(a) && a >= 0; }) &&
+         std::all_of(patch.openness.begin(), patch.openness.end(), [](float o) { return o >= 0 && o <= 1; });
 }
 
 bool plausible_plane(const Plane& plane) {

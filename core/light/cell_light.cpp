@@ -5,6 +5,7 @@
 
 #include "core/base/check.hpp"
 #include "core/light/bit_projector.hpp"
+#include "core/light/openness.hpp"
 #include "core/light/radiosity.hpp"
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
@@ -23,7 +24,7 @@ Rgb Shot::power() const {
 std::size_t Shot::wire_bytes() const {
   // As the wire form counts: 32-bit floats for values, 64-bit ones for places.
   std::size_t bytes = 8 + 8 + 4 + 4 * 24 + 24 + 8 + 8 + 16 * corners.size();
-  for (const ShotPatch& patch : patches) bytes += 2 + 32 + 24 + 16 * patch.corners.size() + 16 * patch.delta.size();
+  for (const ShotPatch& patch : patches) bytes += 2 + 32 + 24 + 16 * patch.corners.size() + 20 * patch.delta.size();
   return bytes;
 }
 
@@ -52,40 +53,39 @@ std::vector<Surface> surfaces_in(const Scene& scene, const Box& box) {
   return inside;
 }
 
-/// Where the hemicube stands: the centre of the light that leaves, unless it is dark there. The centre of a floor patch
-/// may lie under a cabinet; a hemicube in there would hide the whole shot from all other cells.
+/// Where the hemicube stands: the centre of what is open, unless it is dark there. The centre of a floor patch may lie under a
+/// cabinet; a hemicube in there would hide the whole shot from all other cells.
 Vec3 hemicube_centre(const Shot& shot) {
   struct Place {
     Vec2 centre;
-    double light, area;
+    double open_area, area;
   };
   std::vector<Place> places;
   Vec2 middle{0.0};
-  double light_sum = 0, area_sum = 0;
+  double open_sum = 0, area_sum = 0;
   for (const ShotPatch& patch : shot.patches) {
     const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
     for (std::size_t k = 0; k < patch.area.size(); ++k) {
       if (patch.area[k] <= 0) continue;
       const Vec2 centre = patch.lo + step * (Vec2{static_cast<double>(k % patch.columns), static_cast<double>(k / patch.columns)} + 0.5);
-      const Rgb delta = glm::abs(Rgb{patch.delta[k]});
-      places.push_back({centre, sum_channels(delta) * patch.area[k], patch.area[k]});
-      middle += places.back().light * centre;
-      light_sum += places.back().light;
+      places.push_back({centre, patch.openness[k] * patch.area[k], patch.area[k]});
+      middle += places.back().open_area * centre;
+      open_sum += places.back().open_area;
       area_sum += patch.area[k];
     }
   }
-  if (!(light_sum > 0)) return shot.centre;
-  middle /= light_sum;
+  if (!(open_sum > 0)) return shot.centre;
+  middle /= open_sum;
   const Place* nearest = nullptr;       // of all places
-  const Place* nearest_lit = nullptr;   // of those at least half as bright as the mean
+  const Place* nearest_open = nullptr;  // of those at least half as open as the mean
   const auto nearer = [&](const Place& a, const Place* b) {
     return !b || glm::dot(a.centre - middle, a.centre - middle) < glm::dot(b->centre - middle, b->centre - middle);
   };
   for (const Place& place : places) {
     if (nearer(place, nearest)) nearest = &place;
-    if (place.light * area_sum >= 0.5 * light_sum * place.area && nearer(place, nearest_lit)) nearest_lit = &place;
+    if (place.open_area * area_sum >= 0.5 * open_sum * place.area && nearer(place, nearest_open)) nearest_open = &place;
   }
-  return shot.plane.point(nearest == nearest_lit || !nearest_lit ? middle : nearest_lit->centre);
+  return shot.plane.point(nearest == nearest_open || !nearest_open ? middle : nearest_open->centre);
 }
 
 }  // namespace
@@ -105,6 +105,7 @@ struct CellLight::Impl {
         light(*mesh, tree),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
+    find_openness(tree, rays, mesh->options.patch_size, *parallel);
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
       for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
@@ -176,6 +177,7 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
     out.lo = patch.lo, out.hi = patch.hi;
     out.delta.assign(std::size_t{patch.columns} * patch.rows, Rgbf{0.f});
     out.area.assign(out.delta.size(), 0.f);
+    out.openness.assign(out.delta.size(), 0.f);
   }
   impl_->light.take(local, shot);
   shot.centre = hemicube_centre(shot);

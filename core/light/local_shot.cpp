@@ -25,19 +25,16 @@ void set_aims(Aim16& aim, PointOfLane&& point_of_lane) {
   }
 }
 
-/// Aims at elements in proportion to the reflected light that leaves them. Aiming blindly multiplies the mean radiosity by
-/// the mean visibility, but what is hidden under furniture is dark as well: the product of means loses several percent.
-void aim_where_light_leaves(FlatSource& source, std::span<const FlatSource> elements, std::span<const float> areas) {
+/// Aims at elements in proportion to what is open of them. Aiming blindly multiplies the mean radiosity by the mean visibility,
+/// but what is hidden under furniture is dark as well: the product of means loses several percent.
+/// @param open_area  of each element (m²)
+void aim_where_it_is_open(FlatSource& source, std::span<const FlatSource> elements, std::span<const float> open_area) {
   std::array<float, 64> up_to;
   float total = 0;
-  for (std::size_t e = 0; e < elements.size(); ++e) {
-    const float* light = elements[e].reflected;
-    total += areas[e] * (std::abs(light[0]) + std::abs(light[1]) + std::abs(light[2]));
-    up_to[e] = total;
-  }
+  for (std::size_t e = 0; e < elements.size(); ++e) up_to[e] = total += open_area[e];
   if (!(total > 0)) return;
   set_aims(source.aim, [&](int lane) {
-    // Strata of equal power; neighbouring lanes take strata far apart.
+    // Strata of equal area; neighbouring lanes take strata far apart.
     const float wanted = (static_cast<float>(lane * 5 & 15) + 0.5f) / 16.f * total;
     const auto found = std::lower_bound(up_to.begin(), up_to.begin() + static_cast<std::ptrdiff_t>(elements.size()) - 1, wanted);
     const FlatShooter& f = elements[static_cast<std::size_t>(found - up_to.begin())].flat;
@@ -82,7 +79,7 @@ LocalShot local_shot(const Shot& shot, const Vec3& origin) {
   Rgbf group_reflected{0.f}, group_emitted{0.f};
   float group_area = 0;
   local.first_element.push_back(0);
-  std::vector<float> areas;
+  std::vector<float> open_areas;
   Polygon2 corners;
   for (const ShotPatch& patch : shot.patches) {
     float area = 0;
@@ -103,14 +100,14 @@ LocalShot local_shot(const Shot& shot, const Vec3& origin) {
         if (corners.size() < 3) continue;
         local.reflects |= patch.delta[place] != patch.emitted;
         local.elements.push_back(source_of(shot.plane, corners, origin, patch.delta[place] - patch.emitted, patch.emitted));
-        areas.push_back(patch.area[place]);
+        open_areas.push_back(patch.openness[place] * patch.area[place]);
       }
     const std::size_t first = local.first_element.back();
-    aim_where_light_leaves(local.patches.back(), std::span(local.elements).subspan(first), std::span(areas).subspan(first));
+    aim_where_it_is_open(local.patches.back(), std::span(local.elements).subspan(first), std::span(open_areas).subspan(first));
     local.first_element.push_back(static_cast<std::uint32_t>(local.elements.size()));
   }
   local.group = source_of(shot.plane, shot.corners, origin, group_reflected / group_area, group_emitted / group_area);
-  aim_where_light_leaves(local.group, local.elements, areas);
+  aim_where_it_is_open(local.group, local.elements, open_areas);
   return local;
 }
 

@@ -172,6 +172,7 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
       const std::size_t grid_place = std::size_t{element.row} * patch.columns + element.column;
       out.delta[grid_place] = delta;
       out.area[grid_place] = element.area;
+      out.openness[grid_place] = tree_.clusters[where.cluster].openness[lane];
       sum_w += Rgb{delta} * static_cast<double>(element.area);
     }
     light.shot_w += sum_w;

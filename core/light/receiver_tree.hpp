@@ -16,6 +16,7 @@ namespace lichthof {
 struct Cluster {
   Receivers16 points;
   alignas(64) float area[16];        ///< m²; 0 in empty lanes
+  float openness[16] = {};           ///< in [0, 1], see core/light/openness
   std::uint32_t element[16];         ///< index into Mesh::elements
   std::uint16_t patch[16];           ///< index of the lane's patch, counted from the item's first local patch
   std::uint32_t lanes = 0;           ///< bit i: lane i holds a receiver

@@ -24,7 +24,6 @@ struct VisibilityAnswers {
 };
 
 /// For the shots of one cell into itself, until the memory is spent: who shoots first is strongest, and shoots most often.
-/// Shadow rays at groups and patches then aim where the light of the group's first shot left, not that of the later ones.
 class VisibilityCache {
  public:
   explicit VisibilityCache(std::size_t most_bytes) : most_bytes_(most_bytes) {}

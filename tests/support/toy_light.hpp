@@ -89,6 +89,7 @@ class ToyLight final : public LightOfCell {
     piece.lo = shot.corners[0], piece.hi = shot.corners[2];
     piece.delta = {Rgbf{patch.unshot()}};
     piece.area = {static_cast<float>(patch.area)};
+    piece.openness = {1.f};
     piece.reflected = piece.delta[0];
     patch.shot += Rgb{piece.delta[0]};
     shot.patches.push_back(std::move(piece));

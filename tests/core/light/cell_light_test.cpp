@@ -142,10 +142,11 @@ TEST_SUITE("cell_light") {
   }
 
   TEST_CASE("cell_light: the order of shots changes the path and not the end") {
-    const test::PanelRoom room(0.6);
-    const test::OneCell reference = solved(room.scene, 0.5, 1e-4);
+    // With a table in each room: what a shooter's rays find must not depend on how its light is shared out among shots.
+    const auto scene = test::two_rooms();
+    const test::OneCell reference = solved(scene, 0.5, 1e-7);
     for (const std::uint64_t seed : {1u, 2u}) {
-      test::OneCell cell(room.scene, reference.mesh);
+      test::OneCell cell(scene, reference.mesh);
       Random random(seed);
       std::vector<GroupId> groups;
       for (std::uint32_t g = 0; g < cell.mesh->groups.size(); ++g)
@@ -158,10 +159,11 @@ TEST_SUITE("cell_light") {
           cell.shoot(group);
         }
       }
-      cell.solve(1e-4);
+      cell.solve(1e-7);
       const double difference = test::relative_rms(cell.solution(), reference.solution());
       INFO("difference " << difference);
-      CHECK(difference < 2e-3);
+      // Every group may keep eps of the largest one's power: measured 170 eps, from eps 1e-5 to 1e-8.
+      CHECK(difference < 3e-5);
     }
   }
 
