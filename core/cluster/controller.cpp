@@ -12,6 +12,8 @@ namespace lichthof {
 namespace {
 /// No patch is this bright: with it as threshold every cell rests as soon as the shots under way have arrived.
 constexpr double nobody_shoots = std::numeric_limits<double>::infinity();
+/// The first level, as a share of the largest initial power, and how much lower the next one is. Measured in decisions/0015.
+constexpr double first_level_share = 1.0 / 64, level_ratio = 2;
 }  // namespace
 
 Controller::Controller(const ControllerOptions& options)
@@ -29,7 +31,8 @@ void Controller::accept(const Envelope& envelope, Instant) {
            report && sender && *sender == report->cell) {
     if (report->epoch != options_.epoch || finished()) return;
     if (!termination_.file(*report)) refused_.push_back(report->cell);
-    if (!wave_is_due_) wave_is_due_ = termination_.wave_to_start();
+    const bool may_end = phase_ == RunPhase::draining || level_w_ <= threshold_w_;
+    if (!wave_is_due_ && may_end) wave_is_due_ = termination_.wave_to_start();
   } else if (const auto* change = std::get_if<GeometryChange>(&envelope.message); change && !sender)
     accept(*change);
   else
@@ -46,14 +49,17 @@ void Controller::accept(const CellReady& ready) {
       std::all_of(initial_power_w_.begin(), initial_power_w_.end(), [](const auto& p) { return p.has_value(); });
   if (!all_are_ready || phase_ != RunPhase::gathering) return;
   threshold_w_ = options_.eps * largest_initial_power_w_;
+  level_w_ = first_level();
   start_is_due_ = true;
 }
 
 void Controller::accept(const GeometryChange& change) {
   if (interrupted_ || stop_is_due_ || !plausible(change)) return refused_.push_back(CellId{});
   changes_.push_back({SceneVersion{++version_.value}, change.change});
-  // A cell that has been stopped applies nothing: a converged run starts again.
-  if (finished()) start_is_due_ = true;
+  // A cell that has been stopped applies nothing: a converged run starts again. So do its levels: light may be strong again.
+  if (!finished()) return;
+  level_w_ = first_level();
+  start_is_due_ = true;
 }
 
 void Controller::stop(Stop how) {
@@ -71,11 +77,26 @@ void Controller::refresh_progress() {
   if (phase_ == RunPhase::radiosity || phase_ == RunPhase::draining) progress_is_due_ = true;
 }
 
+// ---- Levels -----------------------------------------------------------------------------------------------------------
+
+double Controller::first_level() const {
+  return options_.cells == 1 ? threshold_w_ : std::max(threshold_w_, first_level_share * largest_initial_power_w_);
+}
+
+bool Controller::next_level_is_due() const {
+  return phase_ == RunPhase::radiosity && level_w_ > threshold_w_ && termination_.looks_quiet();
+}
+
+void Controller::begin_level(Effects& effects) {
+  to_all_cells(StartRadiosity{options_.epoch, level_w_}, effects);
+  termination_.reset();
+}
+
 // ---- Leading ----------------------------------------------------------------------------------------------------------
 
 bool Controller::has_work() const {
   return start_is_due_ || progress_is_due_ || stop_is_due_ || !changes_.empty() || wave_is_due_ || !refused_.empty() ||
-         (!finished() && termination_.terminated());
+         (!finished() && (termination_.terminated() || next_level_is_due()));
 }
 
 Effects Controller::step(Instant) {
@@ -88,14 +109,18 @@ Effects Controller::step(Instant) {
   if (!changes_.empty() || start_is_due_) {
     for (const GeometryChange& change : changes_) to_all_cells(change, effects);
     changes_.clear();
-    if (start_is_due_) to_all_cells(StartRadiosity{options_.epoch, threshold_w_}, effects);
-    if (start_is_due_) phase_ = RunPhase::radiosity;
+    if (start_is_due_) phase_ = RunPhase::radiosity, begin_level(effects);
     start_is_due_ = false;
     termination_.reset();
   }
   if (stop_is_due_) carry_out_stop(effects);
   if (finished()) return effects;
 
+  if (next_level_is_due()) {
+    // Levels at which nobody would shoot are passed over.
+    level_w_ = std::max(threshold_w_, std::min(level_w_, progress().strongest_w) / level_ratio);
+    begin_level(effects);
+  }
   if (termination_.terminated()) {
     finish(effects);
     return effects;

@@ -6,6 +6,9 @@
 ///         │                                ▼
 ///         └─────stop──────────────────► draining ──termination──► finished (interrupted)
 ///
+/// Many cells go down to the threshold by levels: who has nothing above the level waits, and when nothing is left above it
+/// anywhere, it is halved. Each on its own, cells would shoot every trickle of light that comes in before it has gathered.
+///
 /// It moves on messages alone and knows no time. A run of one cell takes the same path.
 #pragma once
 
@@ -64,6 +67,7 @@ class Controller {
   bool finished() const { return phase_ == RunPhase::finished; }
   bool converged() const { return finished() && !interrupted_; }
   double threshold_w() const { return threshold_w_; }
+  double level_w() const { return level_w_; }
   SceneVersion version() const { return version_; }
   RadiosityProgress progress() const;
   const Termination& termination() const { return termination_; }
@@ -71,6 +75,9 @@ class Controller {
  private:
   void accept(const CellReady& ready);
   void accept(const GeometryChange& change);
+  double first_level() const;
+  bool next_level_is_due() const;
+  void begin_level(Effects& effects);
   void to_all_cells(const Message& message, Effects& effects) const;
   void finish(Effects& effects);
   void carry_out_stop(Effects& effects);
@@ -80,6 +87,7 @@ class Controller {
   bool interrupted_ = false;
   std::vector<std::optional<double>> initial_power_w_;  ///< per cell, once ready
   double largest_initial_power_w_ = 0, threshold_w_ = 0;
+  double level_w_ = 0;  ///< who is below it rests for now
   SceneVersion version_;
   Termination termination_;
 

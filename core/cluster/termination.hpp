@@ -29,6 +29,8 @@ class Termination {
   /// Something came from outside (a change, a new threshold): what was seen so far proves nothing.
   void reset();
 
+  /// By the latest reports all cells are idle and the counts balance: good enough to wait no longer, no proof of an end.
+  bool looks_quiet() const;
   bool terminated() const { return terminated_; }
   std::uint64_t waves() const { return wave_; }
   /// Latest report of each cell; absent until its first one.
@@ -39,7 +41,6 @@ class Termination {
     std::uint64_t sent = 0, processed = 0, shots = 0;
     bool operator==(const Counts&) const = default;
   };
-  bool looks_quiet() const;
   void finish_wave();
 
   std::uint32_t cells_;

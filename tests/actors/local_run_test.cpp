@@ -169,7 +169,7 @@ TEST_SUITE("local run: first pass") {
 
   TEST_CASE("local run: progress rises to the end") {
     const Case rooms;
-    actors::SolveRun run = rooms.run({2, 2, 1}, 1, 1e-5);
+    actors::SolveRun run = rooms.run({2, 2, 1}, 1, 1e-9);
     std::vector<RadiosityProgress> seen;
     run.progress = [&](const RadiosityProgress& progress) { seen.push_back(progress); };
     const Solution solution = actors::solve(run);

@@ -40,12 +40,14 @@ Controller running(std::uint32_t cells) {
   return controller;
 }
 
-/// Answers every poll as a quiet cell would, until nothing is left to do. @returns what was sent last
+/// Answers every start and every poll as a quiet cell would, until nothing is left to do. @returns what was sent last
 Effects run_to_end(Controller& controller, std::uint32_t cells) {
   for (std::uint32_t c = 0; c < cells; ++c) say(controller, c, quiet(c, 0));
   Effects last;
   for (int guard = 0; controller.has_work() && guard < 20; ++guard) {
     last = controller.step({});
+    const auto starts = sent<StartRadiosity>(last);
+    for (std::uint32_t c = 0; c < starts.size(); ++c) say(controller, c, quiet(c, 0));
     const auto polls = sent<PollCell>(last);
     for (std::uint32_t c = 0; c < polls.size(); ++c) say(controller, c, quiet(c, polls[c].wave));
   }
@@ -55,7 +57,7 @@ Effects run_to_end(Controller& controller, std::uint32_t cells) {
 }  // namespace
 
 TEST_SUITE("controller") {
-  TEST_CASE("controller: when all cells are ready it starts them with eps of the largest initial power") {
+  TEST_CASE("controller: when all cells are ready it starts them with a 64th of the largest initial power") {
     Controller controller({3, 5e-4, epoch});
     CHECK(!controller.has_work());
     say(controller, 0, CellReady{CellId{0}, 0});
@@ -66,10 +68,64 @@ TEST_SUITE("controller") {
     const auto starts = sent<StartRadiosity>(effects);
     REQUIRE(starts.size() == 3);
     for (const StartRadiosity& start : starts) {
-      CHECK(start.threshold_w == doctest::Approx(4e-3));
+      CHECK(start.threshold_w == doctest::Approx(0.125));
       CHECK(start.epoch == epoch);
     }
+    CHECK(controller.threshold_w() == doctest::Approx(4e-3));
     CHECK(controller.phase() == RunPhase::radiosity);
+  }
+
+  TEST_CASE("controller: a cell that is alone goes down to the threshold at once") {
+    Controller controller({1, 5e-4, epoch});
+    say(controller, 0, CellReady{CellId{0}, 8});
+    const auto starts = sent<StartRadiosity>(controller.step({}));
+    REQUIRE(starts.size() == 1);
+    CHECK(starts[0].threshold_w == doctest::Approx(4e-3));
+  }
+
+  TEST_CASE("controller: when nothing is left above the level it is halved; only at the threshold waves prove the end") {
+    Controller controller = running(4);  // the largest power is 5 W, the threshold 5 mW
+    const auto waiting = [](std::uint32_t cell, std::uint64_t sent) {
+      CellReport report = quiet(cell, 0);
+      report.strongest_w = 10;  // whatever is left, the level only falls by half
+      report.messages_sent = cell == 0 ? sent : 0;
+      report.messages_processed = cell == 3 ? sent : 0;
+      return report;
+    };
+    double level = 5.0 / 64;
+    CHECK(controller.level_w() == doctest::Approx(level));
+    for (std::uint64_t messages = 1; level > 5e-3; ++messages) {
+      for (std::uint32_t c = 0; c < 3; ++c) say(controller, c, waiting(c, messages));
+      CHECK_FALSE(controller.has_work());  // the last cell is busy, or a message on its way
+      say(controller, 3, waiting(3, messages - 1));
+      CHECK_FALSE(controller.has_work());
+      say(controller, 3, waiting(3, messages));
+      REQUIRE(controller.has_work());
+      const Effects effects = controller.step({});
+      level = std::max(level / 2, 5e-3);
+      const auto starts = sent<StartRadiosity>(effects);
+      REQUIRE(starts.size() == 4);
+      for (const StartRadiosity& start : starts) CHECK(start.threshold_w == doctest::Approx(level));
+      CHECK(sent<PollCell>(effects).empty());
+    }
+    CHECK(controller.level_w() == controller.threshold_w());
+    for (std::uint32_t c = 0; c < 4; ++c) say(controller, c, waiting(c, 100));
+    CHECK(sent<PollCell>(controller.step({})).size() == 4);
+    CHECK_FALSE(controller.finished());
+  }
+
+  TEST_CASE("controller: levels at which nobody would shoot are passed over") {
+    Controller controller = running(2);  // 3 W, 3 mW
+    for (std::uint32_t c = 0; c < 2; ++c) {
+      CellReport report = quiet(c, 0);
+      report.strongest_w = 0.005 * (c + 1);
+      say(controller, c, report);
+    }
+    const auto starts = sent<StartRadiosity>(controller.step({}));
+    REQUIRE(starts.size() == 2);
+    CHECK(starts[0].threshold_w == doctest::Approx(0.005));
+    for (std::uint32_t c = 0; c < 2; ++c) say(controller, c, quiet(c, 0));
+    CHECK(sent<StartRadiosity>(controller.step({}))[0].threshold_w == doctest::Approx(3e-3));
   }
 
   TEST_CASE("controller: two quiet waves, then it stops every cell and says so") {
@@ -117,14 +173,15 @@ TEST_SUITE("controller") {
     CHECK(!draining.has_work());
   }
 
-  TEST_CASE("controller: a change starts a converged run again, with the same threshold") {
+  TEST_CASE("controller: a change starts a converged run again, from the first level to the same threshold") {
     Controller controller = running(2);
     run_to_end(controller, 2);
     controller.accept({ToController{}, ToController{}, GeometryChange{{}, SetEmission{0, Rgb{1.0}}}}, {});
     const Effects effects = controller.step({});
     REQUIRE(effects.outbox.size() == 4);
     CHECK(std::get<GeometryChange>(effects.outbox[0].message).version == SceneVersion{1});
-    CHECK(std::get<StartRadiosity>(effects.outbox[2].message).threshold_w == controller.threshold_w());
+    CHECK(std::get<StartRadiosity>(effects.outbox[2].message).threshold_w == doctest::Approx(3.0 / 64));
+    CHECK(controller.threshold_w() == doctest::Approx(3e-3));
     CHECK(!controller.finished());
     CHECK(sent<StopRadiosity>(run_to_end(controller, 2)).size() == 2);
     CHECK(controller.converged());
