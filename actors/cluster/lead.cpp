@@ -247,6 +247,7 @@ class LeadState {
       const std::string before = std::exchange(job.kept.solution, written.hash);
       if (before != job.begun_with) stale_.insert(before);
       job.energy = written.energy, job.counters = written.counters;
+      say(written.job, "kept the light of " + std::to_string(written.counters.shots) + " shots");
       if (written.is_end)
         dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
       else
