@@ -253,8 +253,7 @@ class LeadState {
       else
         dispatcher_.checkpoint_kept(written.job, written.epoch, clock_.now());
     }
-    step();
-    drop_stale();
+    if (decide()) drop_stale();  // not while the file still names it
   }
 
  private:
