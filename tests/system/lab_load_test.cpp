@@ -121,7 +121,7 @@ TEST_SUITE("system") {
     CHECK(lab.node_count() == 4);
   }
 
-  TEST_CASE("lab load: jobs, joins and kills for a long time cost neither a job nor memory") {
+  TEST_CASE("lab load: a soak of jobs, joins and kills costs neither a job nor memory") {
     RealLab lab({"anna", "bert", "carl", "dora"});
     Random random(Trials::asked().seed);
     std::vector<std::string> all;
