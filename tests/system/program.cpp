@@ -140,9 +140,16 @@ Process::Process(const std::vector<std::string>& arguments, const Surroundings& 
   argv.push_back(nullptr);
   const std::string err = folder_ / "err";
   since_ = now_s();
+  // A signal for the program that comes before it has begun must not find the handlers of the tests.
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
   pid_ = ::fork();
+  if (pid_ != 0) ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   REQUIRE(pid_ >= 0);
   if (pid_ > 0) return;
+  for (const int number : {SIGTERM, SIGINT}) ::signal(number, SIG_DFL);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   redirect(STDIN_FILENO, around.stdin_from);
   redirect(STDOUT_FILENO, out_);
   redirect(STDERR_FILENO, err);
