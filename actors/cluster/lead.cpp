@@ -247,13 +247,13 @@ class LeadState {
       const std::string before = std::exchange(job.kept.solution, written.hash);
       if (before != job.begun_with) stale_.insert(before);
       job.energy = written.energy, job.counters = written.counters;
+      say(written.job, "kept the light of " + std::to_string(written.counters.shots) + " shots");
       if (written.is_end)
         dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
       else
         dispatcher_.checkpoint_kept(written.job, written.epoch, clock_.now());
     }
-    step();
-    drop_stale();
+    if (decide()) drop_stale();  // not while the file still names it
   }
 
  private:

@@ -69,19 +69,21 @@ Status Dispatcher::kick(NodeId node, Instant now) {
   return Done{};
 }
 
-void Dispatcher::lose(NodeId node, const std::string& reason, bool counts, Instant) {
+void Dispatcher::lose(NodeId node, const std::string& reason, bool counts, Instant now) {
   for (auto& [id, job] : jobs_) {
     job.unsuited.erase(node);
     if (job.run) job.run->sent_away.erase(node);
-    if (job.run && job.run->shares.contains(node)) lose_share(id, job, node, reason, counts);
+    if (job.run && job.run->shares.contains(node)) lose_share(id, job, node, reason, counts, now);
   }
   nodes_.erase(node);
   is_changed_ = true;
 }
 
-void Dispatcher::lose_share(JobId id, LabJob& job, NodeId node, const std::string& reason, bool counts) {
+void Dispatcher::lose_share(JobId id, LabJob& job, NodeId node, const std::string& reason, bool counts, Instant now) {
   const std::string name = nodes_.at(node).facts.name;
-  if (counts) {
+  const bool is_one_more = !job.lost_at || now >= *job.lost_at + options_.lost_together;
+  if (counts && is_one_more) {
+    job.lost_at = now;
     job.lost_nodes.push_back(name);
     due_.records.push_back(journal::NodeLost{id, name});
     if (job.lost_nodes.size() >= options_.most_node_kills) {
@@ -142,6 +144,7 @@ Status Dispatcher::retry(JobId id, Instant) {
   job.state = JobState::queued;
   job.reason.clear();
   job.lost_nodes.clear();
+  job.lost_at.reset();
   job.unsuited.clear();
   due_.records.push_back(journal::Retried{id});
   is_changed_ = true;
@@ -205,7 +208,7 @@ void Dispatcher::host_failed(NodeId node, JobId id, Epoch epoch, const std::stri
 void Dispatcher::checkpoint_kept(JobId id, Epoch epoch, Instant now) {
   LabJob* job = job_at(id, epoch);
   if (!job || !job->run->begun || job->run->pass != Pass::radiosity) return;
-  if (!job->has_checkpoint) due_.records.push_back(journal::CheckpointKept{id});
+  due_.records.push_back(journal::CheckpointKept{id});  // each of them: what is written beside it names the light
   job->has_checkpoint = true;
   job->run->checkpoint_at = now + options_.checkpoint_every;
   job->run->may_move = true;

@@ -31,6 +31,7 @@ struct DispatcherOptions {
   Duration checkpoint_every{5'000'000'000};  ///< while radiosity runs
   Duration patience{60'000'000'000};         ///< a job that the whole lab could not hold for as long fails
   std::uint32_t most_node_kills = 3;         ///< a job that loses as many nodes fails
+  Duration lost_together{3'000'000'000};     ///< nodes lost within as long count once: they were cut off
   std::uint32_t most_running_jobs = 8;
   Placement heuristic = Placement::neighbours;
 };
@@ -104,7 +105,7 @@ class Dispatcher {
   // dispatcher.cpp
   LabJob* job_at(JobId job, Epoch epoch);
   void lose(NodeId node, const std::string& reason, bool counts, Instant now);
-  void lose_share(JobId id, LabJob& job, NodeId node, const std::string& reason, bool counts);
+  void lose_share(JobId id, LabJob& job, NodeId node, const std::string& reason, bool counts, Instant now);
   void release(JobId id, LabJob& job);
   void requeue(JobId id, LabJob& job, const std::string& reason);
   void end(JobId id, LabJob& job, JobState state, const std::string& reason);

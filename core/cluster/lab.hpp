@@ -166,7 +166,8 @@ struct LabJob {
   bool has_checkpoint = false;
   std::string reason;  ///< why it waits, or why it ended as it did
   std::optional<HostedPass> run;
-  std::vector<std::string> lost_nodes;     ///< while they hosted it
+  std::vector<std::string> lost_nodes;     ///< while they hosted it; of those lost together the first
+  std::optional<Instant> lost_at;          ///< the last of these
   std::map<NodeId, std::string> unsuited;  ///< nodes that could not host it, and why
   std::optional<Instant> hopeless_since;   ///< the whole lab could not hold it
 };

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 #include <fcntl.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -33,19 +35,31 @@ void redirect(int stream, const std::string& path) {
   if (file < 0 || ::dup2(file, stream) < 0) ::_exit(126);
 }
 
-/// The four corners of a rectangle as an OBJ face of its own, counter-clockwise seen from its front.
+using Corner = std::array<double, 3>;
+
+/// The four corners of a rectangle as an OBJ face of its own, counter-clockwise seen from its front; or as many as its tiles.
 class ObjText {
  public:
-  explicit ObjText(const std::string& head) { text_ << head; }
+  explicit ObjText(const std::string& head, double tiles_per_m = 0) : tiles_per_m_(tiles_per_m) { text_ << head; }
   void material(const char* name) { text_ << "usemtl " << name << "\n"; }
-  void face(std::initializer_list<std::array<double, 3>> corners) {
-    for (const auto& c : corners) text_ << "v " << c[0] << " " << c[1] << " " << c[2] << "\n";
-    text_ << "f -4 -3 -2 -1\n";
+  void face(const std::array<Corner, 4>& corners) {
+    const auto& [a, b, c, d] = corners;
+    const int columns = tiles(a, b), rows = tiles(a, d);
+    const auto point = [&](int column, int row) {
+      const double u = static_cast<double>(column) / columns, v = static_cast<double>(row) / rows;
+      text_ << "v";
+      for (std::size_t k = 0; k < 3; ++k) text_ << " " << a[k] + u * (b[k] - a[k]) + v * (d[k] - a[k]);
+      text_ << "\n";
+    };
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column) {
+        point(column, row), point(column + 1, row), point(column + 1, row + 1), point(column, row + 1);
+        text_ << "f -4 -3 -2 -1\n";
+      }
   }
   /// All six sides of a box, fronts inwards or outwards; the ground only where `with_ground`.
-  void box(const std::array<double, 3>& a, const std::array<double, 3>& b, bool inwards, bool with_ground) {
-    const auto both = [&](std::array<double, 3> p, std::array<double, 3> q, std::array<double, 3> r,
-                          std::array<double, 3> s) {
+  void box(const Corner& a, const Corner& b, bool inwards, bool with_ground) {
+    const auto both = [&](Corner p, Corner q, Corner r, Corner s) {
       inwards ? face({p, q, r, s}) : face({s, r, q, p});
     };
     if (with_ground) both({a[0], a[1], a[2]}, {b[0], a[1], a[2]}, {b[0], b[1], a[2]}, {a[0], b[1], a[2]});
@@ -58,6 +72,12 @@ class ObjText {
   std::string text() const { return text_.str(); }
 
  private:
+  int tiles(const Corner& from, const Corner& to) const {
+    const double length = std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+    return std::max(1, static_cast<int>(std::lround(tiles_per_m_ * length)));
+  }
+
+  double tiles_per_m_;
   std::ostringstream text_;
 };
 
@@ -120,12 +140,20 @@ Process::Process(const std::vector<std::string>& arguments, const Surroundings& 
   argv.push_back(nullptr);
   const std::string err = folder_ / "err";
   since_ = now_s();
+  // A signal for the program that comes before it has begun must not find the handlers of the tests.
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
   pid_ = ::fork();
+  if (pid_ != 0) ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   REQUIRE(pid_ >= 0);
   if (pid_ > 0) return;
+  for (const int number : {SIGTERM, SIGINT}) ::signal(number, SIG_DFL);
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   redirect(STDIN_FILENO, around.stdin_from);
   redirect(STDOUT_FILENO, out_);
   redirect(STDERR_FILENO, err);
+  if (around.network >= 0 && ::setns(around.network, CLONE_NEWNET) != 0) ::_exit(126);
   if (around.largest_file) {
     const rlimit limit{*around.largest_file, *around.largest_file};
     ::setrlimit(RLIMIT_FSIZE, &limit);
@@ -181,22 +209,26 @@ Outcome ran(const std::vector<std::string>& arguments, const Surroundings& aroun
 
 // ---- Scenes -----------------------------------------------------------------------------------------------------------
 
-void write_room(const Folder& folder) {
+static void write_room(const Folder& folder, const std::string& name, double tiles_per_m) {
   folder.write("room.mtl",
                "newmtl wall\nKd 0.7 0.65 0.6\nnewmtl box\nKd 0.3 0.4 0.6\nnewmtl lamp\nKd 0.5 0.5 0.5\nKe 12 11 9\n");
-  ObjText obj("mtllib room.mtl\n");
+  ObjText obj("mtllib room.mtl\n", tiles_per_m);
   obj.material("wall");
   obj.box({0, 0, 0}, {4, 3, 2.5}, true, true);
   obj.material("box");
   obj.box({0.6, 0.7, 0}, {1.4, 1.5, 1.1}, false, false);
   obj.material("lamp");
-  obj.face({{1.5, 1.9, 2.3}, {1.5, 2.4, 2.3}, {2.5, 2.4, 2.3}, {2.5, 1.9, 2.3}});
-  folder.write("room.obj", obj.text());
-  folder.write("room.toml",
-               "unit = \"m\"\n[[part]]\nfile = \"room.obj\"\n"
-               "[[camera]]\nname = \"door\"\neye = [3.8, 0.2, 1.6]\ntarget = [0.5, 2.5, 0.8]\n"
-               "[[camera]]\nname = \"window\"\neye = [0.2, 2.8, 1.7]\ntarget = [3.5, 0.5, 0.5]\nfov = 70\n");
+  obj.face({{{1.5, 1.9, 2.3}, {1.5, 2.4, 2.3}, {2.5, 2.4, 2.3}, {2.5, 1.9, 2.3}}});
+  folder.write(name + ".obj", obj.text());
+  folder.write(name + ".toml",
+               "unit = \"m\"\n[[part]]\nfile = \"" + name +
+                   ".obj\"\n"
+                   "[[camera]]\nname = \"door\"\neye = [3.8, 0.2, 1.6]\ntarget = [0.5, 2.5, 0.8]\n"
+                   "[[camera]]\nname = \"window\"\neye = [0.2, 2.8, 1.7]\ntarget = [3.5, 0.5, 0.5]\nfov = 70\n");
 }
+
+void write_room(const Folder& folder) { write_room(folder, "room", 0); }
+void write_tiled_room(const Folder& folder) { write_room(folder, "tiles", 3); }
 
 void write_furnace(const Folder& folder, double reflectance) {
   const std::string kd = std::to_string(reflectance);

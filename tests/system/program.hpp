@@ -46,6 +46,7 @@ struct Surroundings {
   std::optional<std::uint64_t> largest_file;  ///< bytes, like ulimit -f
   std::string stdout_to;                      ///< a file instead of a pipe
   std::string stdin_from = "/dev/null";
+  int network = -1;  ///< file of the network namespace to run in; -1: the test's own
 };
 
 /// A run under way.
@@ -57,6 +58,9 @@ class Process {
   /// Waits until stderr holds a text. @returns false when the program ended, or a minute passed, without it
   bool says(const std::string& text);
   void signal(int number);
+  pid_t id() const { return pid_; }
+  /// What it has said on stderr so far.
+  std::string said() const { return contents(folder_ / "err"); }
   /// Waits for the end, at most two minutes.
   Outcome finish();
 
@@ -72,6 +76,9 @@ Outcome ran(const std::vector<std::string>& arguments, const Surroundings& aroun
 /// A closed room of 4 x 3 x 2.5 m with a panel of light under its ceiling and a box on its floor, in a folder, as room.obj
 /// with room.mtl and room.toml (cameras "door" and "window").
 void write_room(const Folder& folder);
+/// The same room, tiles.toml, of squares of about a third of a metre: with `--patch 0.5 --element 0.5` each is one patch of one
+/// element. Then a shot leaves from the same point whenever it is made, so light is the same in whatever order shots are made.
+void write_tiled_room(const Folder& folder);
 /// A closed unit cube: every face shines with Ke 1 and reflects `reflectance`.
 void write_furnace(const Folder& folder, double reflectance);
 /// Points on floor and walls of the room, and in free air; on the faces of the unit cube.

@@ -384,9 +384,9 @@ TEST_SUITE("dispatcher") {
     REQUIRE(given<DropNode>(lab.last).size() == 1);
     lab.dispatcher.node_left(NodeId{1}, "gone", lab.now);
     lab.join(2, facts("b"));
-    lab.step();
+    lab.step(5);
     lab.join(2, facts("b"));  // its link broke unnoticed
-    lab.step();
+    lab.step(10);
     CHECK(lab.job(lab.id).state == JobState::running);
     lab.join(3, facts("c"));
     lab.dispatcher.node_left(NodeId{3}, "gone", lab.now);  // hosted nothing
@@ -401,6 +401,22 @@ TEST_SUITE("dispatcher") {
     CHECK(lab.epoch() == Epoch{5});
   }
 
+  TEST_CASE("dispatcher: nodes that are lost together count once: a controller that is cut off ends no job") {
+    Lab lab;
+    for (std::uint32_t node = 1; node <= 6; ++node) lab.join(node, facts("a" + std::to_string(node)));
+    const JobId id = *lab.dispatcher.submit(wish(), lab.now);
+    lab.step();
+    lab.host_all(id);
+    for (std::uint32_t node = 1; node <= 6; ++node) {
+      lab.dispatcher.node_left(NodeId{node}, "silent", lab.now);
+      lab.step(0.2 * node);
+    }
+    CHECK(lab.job(id).state == JobState::queued);
+    CHECK(lab.job(id).lost_nodes.size() == 1);
+    lab.join(7, facts("b"));
+    CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
   TEST_CASE("dispatcher: a node that could not host its share is not asked again, and all is placed anew") {
     RunningLab lab;
     lab.dispatcher.host_failed(NodeId{1}, lab.id, Epoch{1}, "out of memory", lab.now);
@@ -413,6 +429,16 @@ TEST_SUITE("dispatcher") {
     CHECK(lab.job(lab.id).reason.ends_with("a: out of memory; b: disk full"));
     lab.join(1, facts("a"));
     CHECK(given<HostRun>(lab.step()).size() == 1);
+  }
+
+  TEST_CASE("dispatcher: every checkpoint is written down, since what it replaces is thrown away") {
+    RunningLab lab;
+    for (int k = 0; k < 3; ++k) {
+      lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+      const Dispatched& dispatched = lab.step();
+      REQUIRE(dispatched.records.size() == 1);
+      CHECK(std::holds_alternative<journal::CheckpointKept>(dispatched.records[0]));
+    }
   }
 
   TEST_CASE("dispatcher: cancelled it is released everywhere; what has ended is not cancelled, nor retried when done") {
