@@ -57,6 +57,7 @@ class Process {
   /// Waits until stderr holds a text. @returns false when the program ended, or a minute passed, without it
   bool says(const std::string& text);
   void signal(int number);
+  pid_t pid() const { return pid_; }
   /// Waits for the end, at most two minutes.
   Outcome finish();
 
