@@ -31,7 +31,7 @@ using actors::JobView;
 using actors::LabView;
 using actors::NodeView;
 
-constexpr auto view_lives = 200ms, picture_lives = 60s;
+constexpr std::chrono::milliseconds view_lives = 200ms, picture_lives = 60s;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
 constexpr std::uint32_t most_pixels = 1u << 28;
 
