@@ -74,6 +74,8 @@ void iterate(Self* self, const Route& route) {
   if (!driven.machine->has_work()) return;
   Effects effects = driven.machine->step(driven.clock.now());
   self->meter().steps.fetch_add(1, std::memory_order_relaxed);
+  self->meter().rays.fetch_add(effects.work.rays, std::memory_order_relaxed);
+  self->meter().bytes.fetch_add(effects.work.bytes_sent, std::memory_order_relaxed);
   deliver(self, std::move(effects), route);
   wake(self);
 }

@@ -19,8 +19,19 @@ struct Meter {
   std::atomic<std::uint64_t> runs{0};     ///< times it was given a thread
   std::atomic<std::uint64_t> arrived{0};  ///< messages
   std::atomic<std::uint64_t> steps{0};    ///< of its machine
-  std::atomic<std::uint64_t> depth{0};    ///< messages waiting when it last got a thread
+  std::atomic<std::uint64_t> rays{0};     ///< that its machine traced
+  std::atomic<std::uint64_t> bytes{0};    ///< of light that its machine has sent, as they would be on the wire
+  std::atomic<std::uint64_t> depth{0};    ///< messages waiting when it last got a thread; 0 once none was left
+  std::atomic<std::int64_t> since_ns{0};  ///< it is in a handler since then (steady clock); 0: it waits
+
+  /// Time spent in handlers up to now, with the one it is in.
+  std::uint64_t busy_ns_now() const;
 };
+
+inline std::int64_t steady_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
 
 /// The meters of a run. Actors add theirs; monitoring reads them. A meter stays when its actor is gone.
 class Meters {
@@ -54,10 +65,12 @@ class Metered : public Base {
   caf::resumable::resume_result resume(caf::execution_unit* unit, std::size_t max_throughput) override {
     const std::shared_ptr<Meter> meter = meter_;  // the actor may be gone afterwards
     meter->depth = this->mailbox().size();
-    const auto start = std::chrono::steady_clock::now();
+    const std::int64_t start = steady_ns();
+    meter->since_ns = start;
     const auto result = Base::resume(unit, max_throughput);
-    const auto spent = std::chrono::steady_clock::now() - start;
-    meter->busy_ns += static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(spent).count());
+    meter->busy_ns += static_cast<std::uint64_t>(steady_ns() - start);
+    meter->since_ns = 0;
+    if (result == caf::resumable::awaiting_message) meter->depth = 0;
     ++meter->runs;
     return result;
   }

@@ -25,6 +25,9 @@ struct ControllerOptions {
   std::string listen = "127.0.0.1", folder, placement = "neighbours", name = "controller";
   std::uint16_t port = default_desk_port, node_port = default_node_port;
   double checkpoint_s = 5;
+  RetentionOptions retention;
+  double disk_gib = 64;
+  std::uint32_t most_waiting = DispatcherOptions().most_waiting_jobs;
   actors::TlsFiles tls;
   bool insecure = false;
   OutputOptions talk;
@@ -51,6 +54,9 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
   lead.dispatcher.heuristic = options.placement == "round-robin"    ? Placement::round_robin
                               : options.placement == "proportional" ? Placement::proportional
                                                                     : Placement::neighbours;
+  lead.dispatcher.most_waiting_jobs = options.most_waiting;
+  lead.retention = options.retention;
+  lead.retention.most_bytes = static_cast<std::uint64_t>(options.disk_gib * (1ull << 30));
   Expected<std::unique_ptr<Lab>> lab = Lab::open(lab_options);
   if (!lab) return lab.error();
   DeskOptions desk_options;
@@ -93,6 +99,16 @@ void add_controller(CLI::App& program, Command& chosen) {
   command.add_option("--checkpoint", options->checkpoint_s, "seconds between checkpoints of a job (default 5)")
       ->check(number_within(0.1, 86400))
       ->option_text("SECONDS");
+  const auto keeping = [&](const char* name, auto& value, const char* text, double least, double most,
+                           const char* unit) {
+    command.add_option(name, value, text)->group("What is kept")->check(number_within(least, most))->option_text(unit);
+  };
+  keeping("--queue", options->most_waiting, "jobs that may wait; more are refused (default 1000)", 1, 100000, "N");
+  keeping("--keep", options->retention.most_jobs, "jobs that have ended; the oldest go (default 2000)", 1, 100000, "N");
+  keeping("--keep-disk", options->disk_gib, "size of what they leave behind (default 64)", 0.001, 1e6, "GIB");
+  keeping("--keep-days", options->retention.most_days, "age (default 30)", 0.001, 36500, "DAYS");
+  keeping("--keep-unfetched", options->retention.unfetched_days,
+          "a result that nobody has fetched stays so long whatever the others say (default 7)", 0, 36500, "DAYS");
   command.add_option("--authority", options->tls.authority, "the lab's certificate")->option_text("ca.crt");
   auto* certificate = command.add_option("--certificate", options->tls.certificate, "this controller's certificate")
                           ->option_text("NAME.crt");

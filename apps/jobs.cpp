@@ -14,6 +14,7 @@ namespace {
 struct JobsOptions {
   std::uint64_t job = 0;  ///< 0: all
   std::string output;
+  std::optional<double> exposure_ev;
   ClusterOptions cluster;
   OutputOptions talk;
 };
@@ -68,13 +69,14 @@ void add_jobs(CLI::App& program, Command& chosen) {
              [](const DeskClient& client, const JobsOptions& o, const Interruption&) {
                return show_log(client, o.job, o.talk);
              });
-  add_action(command, options, chosen, "result", "fetch what a job made",
-             [](const DeskClient& client, const JobsOptions& o, const Interruption&) {
-               return fetch_result(client, o.job, o.output, o.talk);
-             })
-      .add_option("-o,--output", options->output, "the picture as .exr or .png, or the solution as .lht")
+  CLI::App& result = add_action(command, options, chosen, "result", "fetch what a job made",
+                                [](const DeskClient& client, const JobsOptions& o, const Interruption&) {
+                                  return fetch_result(client, o.job, o.output, o.exposure_ev, o.talk);
+                                });
+  result.add_option("-o,--output", options->output, "the picture as .exr, .hdr or .png, or the solution as .lht")
       ->required()
       ->option_text("FILE");
+  add_exposure_option(result, options->exposure_ev, "a .png");
   add_cluster_options(command, options->cluster);
   add_output_options(command, options->talk);
   command.footer(

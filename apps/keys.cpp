@@ -70,6 +70,15 @@ Status issue(const KeysOptions& options) {
   return report(options.talk, "issue", options.path + "/" + options.name + ".crt", {});
 }
 
+Status revoke(const KeysOptions& options) {
+  log_as_asked(options.talk);
+  const Interruption::Deferral deferral;
+  if (Status made = actors::revoke_certificate(options.path, options.name); !made) return made;
+  const std::string list = options.path + "/ca.crl";
+  return report(options.talk, "revoke", options.path + "/" + options.name + ".crt",
+                {"copy " + list + " beside ca.crt on the controller and the nodes; they notice by themselves"});
+}
+
 Status show(const KeysOptions& options) {
   log_as_asked(options.talk);
   return report(options.talk, "show", options.path, {});
@@ -105,13 +114,21 @@ void add_keys(CLI::App& program, Command& chosen) {
   issue_command.add_option("--days", options->days, "valid for so many days (default 730)")
       ->check(number_within(1, 3650))
       ->option_text("N");
+  CLI::App& revoke_command =
+      add_action(command, options, chosen, "revoke", "take a certificate back: its holder is let in no more", revoke);
+  revoke_command.add_option("DIR", options->path, "folder of the authority")->required()->option_text(" ");
+  revoke_command.add_option("--name", options->name, "whose certificate")->required()->option_text("NAME");
   CLI::App& show_command = add_action(command, options, chosen, "show", "say what stands in certificates", show);
   show_command.add_option("PATH", options->path, "a certificate, or a folder of them")->required()->option_text(" ");
   command.footer(
       "A process gets ca.crt and its own pair; ca.key stays where it was made. Files are never overwritten.\n"
+      "What is revoked stands in ca.crl. Controller and nodes read it where it lies beside their ca.crt, at once when "
+      "it\n"
+      "changes, and part with whoever stands in it. After that a new certificate may be issued to the same name.\n"
       "\nExamples:\n"
       "  lichthof keys init keys\n"
       "  lichthof keys issue keys --name node1 --role node\n"
+      "  lichthof keys revoke keys --name node1\n"
       "  lichthof keys show keys");
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "actors/local_run.hpp"
+#include "actors/meter.hpp"
 #include "apps/common/camera_choice.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
@@ -35,6 +36,17 @@ void read_first_pass(const LitScene& scene, std::span<const SensorPoint> points,
     if (const auto at = scene.trace().surface_below(points[i].point, points[i].normal, tolerance);
         at && scene.has_elements(*at))
       irradiance[i] = scene.total_irradiance(*at);
+}
+
+/// What each actor of a pass has done, as `lichthof top` would show it of a lab.
+void add_actors(const actors::Meters& meters, RunRecord& record) {
+  for (const auto& meter : meters.all())
+    record.more["actors"].push_back({{"actor", meter->name},
+                                     {"busy_s", 1e-9 * static_cast<double>(meter->busy_ns_now())},
+                                     {"messages", meter->arrived.load()},
+                                     {"steps", meter->steps.load()},
+                                     {"rays", meter->rays.load()},
+                                     {"bytes_out", meter->bytes.load()}});
 }
 
 }  // namespace
@@ -134,7 +146,8 @@ Status Run::mesh() {
     return error;
   }
   mesh_ = std::move(*mesh);
-  spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh_->options.patch_size, mesh_->options.element_size);
+  spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh_->options.patch_size,
+               mesh_->options.element_size);
   return Done{};
 }
 
@@ -184,11 +197,13 @@ Status Run::solve() {
   run.resume = solution_ ? &*solution_ : nullptr;
   run.stop = &interruption_.asked();
   run.progress = [&line](const RadiosityProgress& progress) { line.show(progress); };
+  run.meters = std::make_shared<actors::Meters>();
   const Interruption::Deferral deferral;
   spdlog::info("first pass: {} elements, {} cells, {} threads", mesh_->elements.size(), grid_->cell_count(),
                parallel_->threads());
   Solution solution = actors::solve(run);
   solution_ = std::move(solution);
+  add_actors(*run.meters, record_);
   record_.seconds.radiosity = watch.seconds();
   return Done{};
 }
@@ -232,10 +247,12 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   run.scheduling = wanted.scheduling;
   run.stop = &interruption_.asked();
   run.progress = [&line](double share) { line.show(share); };
+  run.meters = std::make_shared<actors::Meters>();
   const Interruption::Deferral deferral;
   spdlog::info("second pass: {} x {} pixels, {} threads", wanted.width, wanted.height, run.workers);
   actors::TraceResult result = actors::trace(run);
   record_.traced_rays += result.rays;
+  add_actors(*run.meters, record_);
   record_.seconds.rays = watch.seconds();
   record_.more["jobs"] = result.jobs;
   record_.more["idle_seconds"] = result.idle_seconds;

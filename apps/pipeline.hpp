@@ -9,12 +9,12 @@
 
 #include "apps/common/interruption.hpp"
 #include "apps/common/options.hpp"
+#include "apps/common/picture_options.hpp"
 #include "apps/common/report.hpp"
 #include "core/base/parallel.hpp"
 #include "core/light/solution.hpp"
 #include "core/scene/partition.hpp"
 #include "core/scene/scene.hpp"
-#include "core/tracing/balancer.hpp"
 #include "core/tracing/column_source.hpp"
 #include "core/tracing/image.hpp"
 #include "core/tracing/lit_scene.hpp"
@@ -32,14 +32,6 @@ struct RunOptions {
   std::optional<std::string> method;
   unsigned threads = 0;  ///< 0: all
   OutputOptions talk;
-};
-
-struct PictureOptions {
-  std::optional<std::string> camera;  ///< numbers or a name; unset: the scene's first, or one that frames it
-  std::uint32_t width = 640, height = 480;
-  std::optional<std::uint32_t> samples;
-  std::uint32_t gather_rays = 0;
-  Scheduling scheduling = Scheduling::adaptive;
 };
 
 class Run {

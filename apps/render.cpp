@@ -18,10 +18,7 @@ namespace {
 struct RenderOptions {
   RunOptions run;
   PictureOptions picture;
-  std::string size = "640x480";
   std::string balance = "adaptive";
-  std::string solution;  ///< file to keep the first pass in; empty: none
-  std::optional<double> exposure_ev;
 };
 
 /// The film's columns as rows.
@@ -47,41 +44,38 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
   // What could spoil the end of a long run is looked at first.
   if (Status ready = output_ready(options.run.output, {".exr", ".hdr", ".png"}, {options.run.input}); !ready)
     return ready;
-  if (!options.solution.empty())
-    if (Status ready = output_ready(options.solution, {}, {options.run.input, options.run.output}); !ready)
+  if (!options.picture.solution.empty())
+    if (Status ready = output_ready(options.picture.solution, {}, {options.run.input, options.run.output}); !ready)
       return ready;
   Run run("render", options.run, Method::two_pass, interruption);
-  if (!options.solution.empty() && !has_first_pass(run.method()))
-    return Error{ErrorCode::bad_input, "--solution",
-                 std::string("method ") + name_of(run.method()) + " has no first pass to keep"};
-  if (options.picture.gather_rays > 0 && run.method() != Method::two_pass && run.method() != Method::hemicube)
-    return Error{ErrorCode::bad_input, "--gather", std::string("method ") + name_of(run.method()) + " gathers nothing"};
+  if (Status fits = picture_fits(options.picture, run.method()); !fits) return fits;
   if (Status loaded = run.load(false); !loaded) return loaded;
   const Expected<Camera> camera = run.camera(options.picture);
   if (!camera) return camera.error();
 
   if (has_first_pass(run.method()) && !run.solution()) {
     if (Status solved = run.solve(); !solved) return solved;
-    if (!options.solution.empty())
-      if (Status kept = run.keep(options.solution); !kept) return kept;
-    if (interruption.asked()) return interrupted(options.solution);
-  } else if (!options.solution.empty()) {
-    if (Status kept = run.keep(options.solution); !kept) return kept;
+    if (!options.picture.solution.empty())
+      if (Status kept = run.keep(options.picture.solution); !kept) return kept;
+    if (interruption.asked()) return interrupted(options.picture.solution);
+  } else if (!options.picture.solution.empty()) {
+    if (Status kept = run.keep(options.picture.solution); !kept) return kept;
   }
   const Expected<Image> picture = run.picture(*camera, options.picture);
-  if (!picture) return interrupted(options.solution);
+  if (!picture) return interrupted(options.picture.solution);
 
   const Interruption::Deferral deferral;
   const std::vector<float> rows = rows_of(*picture);
   const io::ImageView view{picture->width(), picture->height(), rows.data()};
-  if (Status written = io::write_image(options.run.output, view, {options.exposure_ev}); !written) return written;
+  if (Status written = io::write_image(options.run.output, view, {options.picture.exposure_ev}); !written)
+    return written;
   RunRecord& record = run.record();
   record.more["width"] = picture->width();
   record.more["height"] = picture->height();
   record.more["camera"] = camera->name;
   return print(options.run.talk, json(record),
-               summary(record, options.run.output + ": " + options.size + " pixels, " + record.method + ", camera " +
-                                   camera->name));
+               summary(record, options.run.output + ": " + options.picture.size + " pixels, " + record.method +
+                                   ", camera " + camera->name));
 }
 
 }  // namespace
@@ -94,25 +88,8 @@ void add_render(CLI::App& program, Command& chosen) {
       .add_option("-o,--output", options->run.output, "the picture: .exr or .hdr (linear radiance), .png (tone mapped)")
       ->required()
       ->option_text("IMAGE");
-  command
-      .add_option(
-          "--camera", options->picture.camera,
-          "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else one "
-          "that frames the scene)")
-      ->option_text("CAMERA");
-  add_size_option(command, options->size);
+  add_picture_options(command, options->picture);
   add_method_option(command, options->run.method, {"two-pass", "radiosity", "raytrace", "hemicube", "reference"});
-  command.add_option("--samples", options->picture.samples, "rays per pixel (default 4; reference 64)")
-      ->check(number_within(1, 1 << 20))
-      ->option_text("N");
-  command
-      .add_option("--gather", options->picture.gather_rays,
-                  "rays of a final gather at each point seen, 0 for none (default 0)")
-      ->check(number_within(0, 65536))
-      ->option_text("N");
-  add_exposure_option(command, options->exposure_ev, "a .png");
-  command.add_option("--solution", options->solution, "keep the first pass in this file, also when interrupted")
-      ->option_text("FILE");
   command
       .add_option("--balance", options->balance,
                   "how columns are handed to workers: adaptive or boxes; the picture is the same")
@@ -133,7 +110,7 @@ void add_render(CLI::App& program, Command& chosen) {
       "  lichthof render scenes/two_rooms.toml -o dark.png --camera dark --cells 2x1 --solution rooms.lht\n"
       "  lichthof render rooms.lht -o lit.png --camera lit --exposure 1");
   command.callback([options, &chosen] {
-    read_size(options->size, options->picture.width, options->picture.height);
+    read_size(options->picture.size, options->picture.width, options->picture.height);
     options->picture.scheduling = options->balance == "boxes" ? Scheduling::boxes : Scheduling::adaptive;
     chosen = [options](Interruption& interruption) { return render(*options, interruption); };
   });

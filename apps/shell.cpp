@@ -81,7 +81,7 @@ Status Shell::obey(const ShellCommand& command) {
     case ShellVerb::watch:
       return watch_job(client_, command.job, talk_, interruption_);
     case ShellVerb::result:
-      return fetch_result(client_, command.job, command.file, talk_);
+      return fetch_result(client_, command.job, command.file, std::nullopt, talk_);
     case ShellVerb::drain:
       return drain_node(client_, command.name, command.on, talk_);
     case ShellVerb::kick:

@@ -9,7 +9,9 @@
 #include "apps/cluster/cluster_options.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/camera_choice.hpp"
+#include "apps/common/files.hpp"
 #include "apps/common/log.hpp"
+#include "apps/common/picture_options.hpp"
 #include "apps/common/progress.hpp"
 #include "apps/common/report.hpp"
 #include "io/scene_bytes.hpp"
@@ -24,9 +26,8 @@ struct SubmitOptions {
   std::string input, output, title;
   io::ReadOptions read;
   FirstPassOptions first_pass;
-  std::optional<std::string> method, camera;
-  std::string size = "640x480";
-  std::optional<std::uint32_t> samples;
+  std::optional<std::string> method;
+  PictureOptions picture;
   bool wait = false;
   ClusterOptions cluster;
   OutputOptions talk;
@@ -44,9 +45,10 @@ nlohmann::json json(const Camera& camera) {
 
 /// What is to be done with the scene; lengths in metres. Numbers that were not given are the controller's to choose.
 Expected<nlohmann::json> options_json(const SubmitOptions& options, const Scene& scene) {
+  const PictureOptions& picture = options.picture;
   std::uint32_t width = 0, height = 0;
-  read_size(options.size, width, height);
-  const Expected<Camera> camera = chosen_camera(options.camera, TraceScene(std::make_shared<const Scene>(scene)),
+  read_size(picture.size, width, height);
+  const Expected<Camera> camera = chosen_camera(picture.camera, TraceScene(std::make_shared<const Scene>(scene)),
                                                 scene.file_frame, static_cast<double>(width) / height);
   if (!camera) return camera.error();
   nlohmann::json document = {
@@ -58,7 +60,8 @@ Expected<nlohmann::json> options_json(const SubmitOptions& options, const Scene&
   if (first.elements) document["elements"] = *first.elements;
   if (first.patch) document["patch_m"] = *first.patch * scene.file_frame.metres_per_unit;
   if (first.element) document["element_m"] = *first.element * scene.file_frame.metres_per_unit;
-  if (options.samples) document["samples"] = *options.samples;
+  if (picture.samples) document["samples"] = *picture.samples;
+  if (picture.gather_rays > 0) document["gather"] = picture.gather_rays;
   return document;
 }
 
@@ -96,44 +99,47 @@ Expected<std::uint64_t> submitted(const SubmitOptions& options, const DeskClient
 
 Status submit(const SubmitOptions& options, const DeskClient& client, const Interruption& interruption) {
   log_as_asked(options.talk);
+  const PictureOptions& picture = options.picture;
+  if (Status fits = picture_fits(picture, method_named(options.method.value_or("two-pass"))); !fits) return fits;
   if (!options.output.empty())
     if (Status ready = result_file_ready(options.output); !ready) return ready;
+  if (!picture.solution.empty())
+    if (Status ready = output_ready(picture.solution, {}, {options.input, options.output}); !ready) return ready;
   const Expected<std::uint64_t> id = submitted(options, client, interruption);
   if (!id) return id.error();
   nlohmann::json report = {{"command", "submit"}, {"version", LICHTHOF_VERSION}, {"input", options.input}, {"id", *id}};
   std::vector<std::string> lines;
-  if (!options.wait && options.output.empty()) return print(options.talk, report, {std::to_string(*id)});
+  if (!options.wait && options.output.empty() && picture.solution.empty())
+    return print(options.talk, report, {std::to_string(*id)});
 
   const Expected<nlohmann::json> last = followed(client, *id, options.talk.quiet, interruption);
   if (!last) return last.error();
   report["job"] = *last;
   lines.push_back("job " + std::to_string(*id) + " is done");
+  if (!picture.solution.empty()) {
+    const Expected<std::uint64_t> bytes = fetched(client, *id, picture.solution, "solution.lht");
+    if (!bytes) return bytes.error();
+    report["solution"] = picture.solution;
+  }
   if (!options.output.empty()) {
-    const Expected<std::uint64_t> bytes = fetched(client, *id, options.output);
+    const Expected<std::uint64_t> bytes = fetched_result(client, *id, options.output, picture.exposure_ev);
     if (!bytes) return bytes.error();
     report["output"] = options.output, report["bytes"] = *bytes;
-    lines = {options.output + ": " + options.size + " pixels, job " + std::to_string(*id)};
+    lines = {options.output + ": " + picture.size + " pixels, job " + std::to_string(*id)};
   }
   return print(options.talk, report, lines);
 }
 
 void add_options(CLI::App& command, SubmitOptions& options) {
   command.add_option("SCENE", options.input, "a scene (.obj, .toml)")->required()->option_text(" ");
-  command.add_option("-o,--output", options.output, "wait, and fetch the picture (.exr, .png) or the solution (.lht)")
+  command
+      .add_option("-o,--output", options.output,
+                  "wait, and fetch the picture (.exr, .hdr, .png) or the solution (.lht)")
       ->option_text("FILE");
   command.add_flag("--wait", options.wait, "wait for the job's end; Ctrl-C stops waiting, the job runs on");
   command.add_option("--title", options.title, "what lists of jobs show (default: SCENE)")->option_text("TEXT");
-  command
-      .add_option(
-          "--camera", options.camera,
-          "\"EYE; TARGET; UP; FOV\" in scene units, or the name of one in the scene file (default: its first, else "
-          "one that frames the scene)")
-      ->option_text("CAMERA");
-  add_size_option(command, options.size);
+  add_picture_options(command, options.picture);
   add_method_option(command, options.method, {"two-pass", "radiosity", "raytrace", "hemicube", "reference"});
-  command.add_option("--samples", options.samples, "rays per pixel (default 4; reference 64)")
-      ->check(number_within(1, 1 << 20))
-      ->option_text("N");
   add_scene_options(command, options.read);
   add_first_pass_options(command, options.first_pass);
 }
@@ -148,6 +154,7 @@ void add_submit(CLI::App& program, Command& chosen) {
   add_output_options(command, options->talk);
   command.footer(
       "Prints the number of the job. The scene is read and checked here, and sent only when the controller lacks it.\n"
+      "Options mean what they mean to render; but without --cells there is a cell for each node.\n"
       "\nExamples:\n"
       "  lichthof submit room.obj --cluster lab7:7410\n"
       "  lichthof submit scenes/two_rooms.toml -o dark.png --camera dark --cells 2x1\n"

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "apps/cluster/cluster_options.hpp"
+#include "apps/cluster/lab_service.hpp"
 #include "apps/cluster/tables.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/interruption.hpp"
@@ -35,13 +36,12 @@ struct Load {
 };
 
 Expected<Load> load_of(const DeskClient& client) {
+  Expected<nlohmann::json> answer = client.get("/v1/load");
+  if (!answer) return answer.error();
   Load load;
-  for (const auto& [path, part] : {std::pair{"/v1/nodes", &load.nodes}, std::pair{"/v1/actors", &load.actors},
-                                   std::pair{"/v1/jobs", &load.jobs}}) {
-    Expected<nlohmann::json> answer = client.get(path);
-    if (!answer) return answer.error();
-    *part = std::move(*answer);
-  }
+  for (const auto& [key, part] :
+       {std::pair{"nodes", &load.nodes}, std::pair{"actors", &load.actors}, std::pair{"jobs", &load.jobs}})
+    *part = answer->is_object() ? answer->value(key, nlohmann::json::array()) : nlohmann::json::array();
   return load;
 }
 
@@ -74,13 +74,14 @@ std::string totals(const Load& load) {
     rays += number_at(node, "rays_per_s"), busy += number_at(node, "busy_share");
   const std::size_t nodes = load.nodes.size();
   const double share = nodes > 0 ? busy / static_cast<double>(nodes) : 0;
-  std::size_t running = 0;
+  std::size_t running = 0, queued = 0;
   for (const nlohmann::json& job : load.jobs) {
     const std::string state = text_at(job, "state");
-    running += state != "done" && state != "failed" && state != "cancelled" && state != "queued";
+    queued += state == "queued";
+    running += !is_over(state) && state != "queued";
   }
   return std::to_string(nodes) + (nodes == 1 ? " node " : " nodes ") + bar(share, 20) + " busy, " + short_number(rays) +
-         " rays/s, " + std::to_string(running) + " of " + std::to_string(load.jobs.size()) + " jobs running";
+         " rays/s, jobs: " + std::to_string(running) + " running, " + std::to_string(queued) + " waiting";
 }
 
 // ---- Lines ------------------------------------------------------------------------------------------------------------

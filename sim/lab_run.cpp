@@ -307,6 +307,7 @@ void LabRun::handle(ControllerUp&) {
   dispatcher_ = *std::move(restored);
   if (random_.below(2) == 0) journal_ = dispatcher_.summary();
   controller_is_up_ = true;
+  if (is_calm_) end_draining();
 }
 
 void LabRun::send_to_node(std::uint32_t slot, Message message) {

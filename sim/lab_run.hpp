@@ -139,6 +139,7 @@ class LabRun {
   void handle(Calm&);
   void node_fault(std::uint32_t slot);
   void operator_acts();
+  void end_draining();
   void crash(std::uint32_t slot, Duration away);
   void restart_controller();
   void send_to_controller(std::uint32_t slot, Message message);

@@ -223,8 +223,13 @@ void LabRun::handle(Calm&) {
     nodes_[slot].pace = 1;
     nodes_[slot].cut_off_until = events_.now();
     if (!nodes_[slot].alive) events_.push(events_.now() + seconds(1), Boot{slot});
-    if (controller_is_up_) (void)dispatcher_.drain(node_of(slot), false, events_.now());
   }
+  if (controller_is_up_) end_draining();
+}
+
+/// All nodes take work again, also those that are away.
+void LabRun::end_draining() {
+  for (const std::string& name : std::set(dispatcher_.draining())) (void)dispatcher_.drain(name, false);
 }
 
 }  // namespace lichthof::sim

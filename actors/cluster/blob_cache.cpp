@@ -89,7 +89,9 @@ void BlobCache::remove(const std::string& hash) const {
   if (is_sha256(hash)) fs::remove(path(hash), error);
 }
 
-void BlobCache::trim(const std::string& keep) const {
+void BlobCache::trim(const std::string& keep) const { trim_folder(folder_, most_bytes_, keep + ".lht"); }
+
+void trim_folder(const std::string& folder, std::uint64_t most_bytes, const std::string& keep) {
   struct Kept {
     fs::file_time_type used;
     fs::path path;
@@ -98,14 +100,14 @@ void BlobCache::trim(const std::string& keep) const {
   std::vector<Kept> all;
   std::uint64_t bytes = 0;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, error)) {
-    if (entry.path().extension() != ".lht" || entry.path().stem() == keep) continue;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".part" || entry.path().filename() == keep) continue;
     all.push_back({entry.last_write_time(error), entry.path(), entry.file_size(error)});
     bytes += all.back().bytes;
   }
   std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
   for (const Kept& old : all) {
-    if (bytes <= most_bytes_) return;
+    if (bytes <= most_bytes) return;
     fs::remove(old.path, error);
     bytes -= old.bytes;
   }

@@ -11,6 +11,9 @@
 
 namespace lichthof::actors {
 
+/// Makes room in a folder: what was used longest ago goes first, but neither the file `keep` nor what is still being written.
+void trim_folder(const std::string& folder, std::uint64_t most_bytes, const std::string& keep);
+
 class BlobCache {
  public:
   /// @param folder      made where it is missing, for its owner alone

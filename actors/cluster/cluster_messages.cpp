@@ -14,6 +14,8 @@ constexpr std::uint32_t max_actors = 1u << 14, max_nodes = 1u << 16, max_light =
 
 template <>
 inline constexpr std::size_t least_bytes<Peer> = 18;
+template <>
+inline constexpr std::size_t least_bytes<ActorLoad> = 80;
 
 template <class Codec>
 static void fields(Codec& c, Field<Codec, Registration> message) {
@@ -26,9 +28,14 @@ static void fields(Codec& c, Field<Codec, Welcome> message) {
   c(node);
 }
 template <class Codec>
+static void fields(Codec& c, Field<Codec, ActorLoad> load) {
+  auto& [name, job, state, busy, mailbox, shots, rays, in, out, memory, unshot] = load;
+  c(name, job, state, busy, mailbox, shots, rays, in, out, memory, unshot);
+}
+template <class Codec>
 static void fields(Codec& c, Field<Codec, NodeReport> message) {
-  auto& [busy, free, used, actors] = message;
-  c(busy, free, used);
+  auto& [busy, free, used, at_ns, actors] = message;
+  c(busy, free, used, at_ns);
   c.list(actors, max_actors);
 }
 template <class Codec>

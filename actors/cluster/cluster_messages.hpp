@@ -33,11 +33,25 @@ struct Welcome {
   NodeId node;
 };
 
+/// How a cell or a worker does. Counts grow as long as it lives; whoever shows rates takes differences.
+struct ActorLoad {
+  std::string name;  ///< "cell 3"
+  JobId job;
+  std::string state;          ///< cell: resting, idle, held, shooting; worker: waiting, tracing
+  std::uint64_t busy_ns = 0;  ///< spent in its handlers
+  std::uint64_t mailbox = 0;  ///< messages that wait there
+  std::uint64_t shots = 0, rays = 0;
+  std::uint64_t bytes_in = 0, bytes_out = 0;  ///< of frames that came from and went to other processes
+  std::uint64_t memory_bytes = 0;             ///< cell: elements, trees, queues; worker: its share of what all share
+  double unshot_w = 0;                        ///< summed over channels
+};
+
 /// How a node does; once a second.
 struct NodeReport {
   double busy_share = 0;  ///< of its cores, of this process
   std::uint64_t free_memory_bytes = 0, used_memory_bytes = 0;
-  std::vector<std::string> actors;  ///< one line each: kind, run, counters; see load_line
+  std::uint64_t at_ns = 0;  ///< by the node's own clock: rates are differences of two reports
+  std::vector<ActorLoad> actors;
 };
 
 struct Peer {
@@ -123,7 +137,7 @@ struct Dismissed {
 using ClusterMessage = std::variant<Registration, Welcome, NodeReport, HostShare, Hosted, HostFailed, ReleaseShare,
                                     RunMessage, CollectCells, CellImage, WantBlob, BlobPart, Dismissed>;
 
-constexpr std::uint8_t cluster_wire_version = 1;
+constexpr std::uint8_t cluster_wire_version = 2;
 constexpr std::size_t blob_part_bytes = 1u << 20;
 
 std::vector<std::uint8_t> encode(const ClusterMessage& message);

@@ -15,19 +15,20 @@ constexpr std::uint32_t columns_per_step = 1;  // a worker can be stopped after 
 
 // ---- Actors that stand for machines elsewhere -------------------------------------------------------------------------
 
-using SendTo = std::function<void(const Message&)>;
+using SendFrom = std::function<void(const Address&, const Message&)>;
 
-HemicubeSink::behavior_type cell_elsewhere(HemicubeSink::pointer, SendTo send) {
-  return {[send = std::move(send)](const HemicubeMessage& message) { send(message); }};
+HemicubeSink::behavior_type cell_elsewhere(HemicubeSink::pointer, SendFrom send) {
+  return {[send = std::move(send)](const HemicubeMessage& message) { send(message.from, message); }};
 }
 
-ReportSink::behavior_type controller_elsewhere(ReportSink::pointer, SendTo send) {
-  return {[send](const CellReady& message) { send(message); }, [send](const CellReport& message) { send(message); }};
+ReportSink::behavior_type controller_elsewhere(ReportSink::pointer, SendFrom send) {
+  return {[send](const CellReady& message) { send(message.cell, message); },
+          [send](const CellReport& message) { send(message.cell, message); }};
 }
 
-JobSource::behavior_type balancer_elsewhere(JobSource::pointer, SendTo send) {
-  return {[](const Enlistment&) {}, [send](const JobRequest& message) { send(message); },
-          [send](const ColumnResult& message) { send(message); }};
+JobSource::behavior_type balancer_elsewhere(JobSource::pointer, SendFrom send) {
+  return {[](const Enlistment&) {}, [send](const JobRequest& message) { send(message.worker, message); },
+          [send](const ColumnResult& message) { send(message.worker, message); }};
 }
 
 bool is_begun(const Solution& s) {
@@ -127,6 +128,8 @@ void HostedRun::start_cells(caf::actor_system& system) {
   std::vector<HemicubeSink> sinks(grid_->cell_count());
   for (auto& [id, hosted] : cells_) {
     HostedCell* const cell = hosted.get();
+    traffic_[id];
+    look(*cell->machine, false, *cell);
     RunContext context{Clock(), nullptr, meters_, hold_, [cell](const Cell& machine) {
                          const Cell::State state = machine.state();
                          // What waits for its predecessors is none of the senders' fault: it counts as done.
@@ -139,18 +142,22 @@ void HostedRun::start_cells(caf::actor_system& system) {
   }
   for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value)
     if (!sinks[cell.value])
-      sinks[cell.value] = company_->join(
-          system.spawn(cell_elsewhere, SendTo([this, cell](const Message& message) { send_(cell, message); })));
+      sinks[cell.value] = company_->join(system.spawn(
+          cell_elsewhere,
+          SendFrom([this, cell](const Address& from, const Message& message) { send(from, cell, message); })));
   Introduction introduction;
-  introduction.controller = company_->join(
-      system.spawn(controller_elsewhere, SendTo([this](const Message& message) { send_(ToController{}, message); })));
+  introduction.controller = company_->join(system.spawn(
+      controller_elsewhere,
+      SendFrom([this](const Address& from, const Message& message) { send(from, ToController{}, message); })));
   introduction.cells = std::make_shared<const std::vector<HemicubeSink>>(std::move(sinks));
   for (const auto& [id, hosted] : cells_) caf::anon_send(hosted->actor, introduction);
 }
 
 void HostedRun::start_workers(caf::actor_system& system) {
-  const JobSource balancer = company_->join(
-      system.spawn(balancer_elsewhere, SendTo([this](const Message& message) { send_(ToBalancer{}, message); })));
+  for (std::uint32_t k = 0; k < share_.workers; ++k) traffic_[WorkerId{share_.first_worker + k}];
+  const JobSource balancer = company_->join(system.spawn(
+      balancer_elsewhere,
+      SendFrom([this](const Address& from, const Message& message) { send(from, ToBalancer{}, message); })));
   const Clock clock;
   for (std::uint32_t k = 0; k < share_.workers; ++k) {
     const WorkerId id{share_.first_worker + k};
@@ -167,8 +174,14 @@ std::vector<caf::actor> HostedRun::actors() const {
   return all;
 }
 
-bool HostedRun::deliver(const RunMessage& message, Message content) {
+void HostedRun::send(const Address& from, const Address& to, const Message& message) {
+  const std::size_t bytes = send_(to, message);
+  if (const auto found = traffic_.find(from); found != traffic_.end()) found->second.bytes_out += bytes;
+}
+
+bool HostedRun::deliver(const RunMessage& message, Message content, std::size_t frame_bytes) {
   const Address to = address(message);
+  if (const auto found = traffic_.find(to); found != traffic_.end()) found->second.bytes_in += frame_bytes;
   if (const auto* id = std::get_if<CellId>(&to)) {
     const auto found = cells_.find(*id);
     if (found == cells_.end()) return false;
@@ -229,17 +242,46 @@ std::uint64_t HostedRun::processed(CellId cell) const {
   return found == cells_.end() ? 0 : found->second->processed.load();
 }
 
-std::vector<std::string> HostedRun::load() const {
-  std::vector<std::string> lines;
+// ---- Load ------------------------------------------------------------------------------------------------------------
+
+void HostedRun::look(const Cell& machine, bool is_held, HostedCell& cell) {
+  cell.state = !machine.running() ? "resting" : machine.idle() ? "idle" : is_held ? "held" : "shooting";
+  cell.memory_bytes = machine.memory_bytes();
+  cell.unshot_w = sum_channels(machine.light().power().unshot);
+}
+
+/// On the cell's own thread, between two steps: nobody else may look at a machine at work.
+void HostedRun::ask_for_load(HostedCell& cell) {
+  if (cell.is_asked.exchange(true)) return;  // it is in the midst of a long step
+  caf::anon_send(cell.actor, Look{[&cell, hold = hold_](const Cell& machine) {
+                   look(machine, *hold, cell);
+                   cell.is_asked = false;
+                 }});
+}
+
+std::vector<ActorLoad> HostedRun::load() {
+  std::vector<ActorLoad> all;
+  const std::size_t shared_bytes = source_ && !workers_.empty() ? source_->memory_bytes() / workers_.size() : 0;
+  std::map<std::string, Address> machines;
+  for (const auto& [address, traffic] : traffic_) machines.emplace(text(address), address);
   for (const auto& meter : meters_->all()) {
-    std::uint64_t shots = 0, rays = 0;
-    for (const auto& [id, hosted] : cells_)
-      if (meter->name == text(Address{id})) shots = hosted->shots, rays = hosted->rays;
-    lines.push_back(meter->name + '\t' + std::to_string(share_.job.value) + '\t' + std::to_string(meter->busy_ns) +
-                    '\t' + std::to_string(meter->depth) + '\t' + std::to_string(meter->arrived) + '\t' +
-                    std::to_string(meter->steps) + '\t' + std::to_string(shots) + '\t' + std::to_string(rays));
+    const Address& machine = machines.at(meter->name);
+    const Traffic& traffic = traffic_.at(machine);
+    ActorLoad& load = all.emplace_back();
+    load.name = meter->name, load.job = share_.job;
+    load.busy_ns = meter->busy_ns_now(), load.mailbox = meter->depth;
+    load.bytes_in = traffic.bytes_in, load.bytes_out = traffic.bytes_out;
+    if (const auto* id = std::get_if<CellId>(&machine)) {
+      HostedCell& cell = *cells_.at(*id);
+      load.state = cell.state.load(), load.shots = cell.shots, load.rays = cell.rays;
+      load.memory_bytes = cell.memory_bytes, load.unshot_w = cell.unshot_w;
+      ask_for_load(cell);
+    } else {
+      load.state = meter->since_ns != 0 ? "tracing" : "waiting";
+      load.rays = meter->rays, load.memory_bytes = shared_bytes;
+    }
   }
-  return lines;
+  return all;
 }
 
 }  // namespace lichthof::actors

@@ -22,8 +22,8 @@ namespace lichthof::actors {
 /// Made on a thread of its own, since building trees takes seconds; started and used by the node's actor.
 class HostedRun {
  public:
-  /// How a machine here reaches one elsewhere; called from many threads.
-  using Send = std::function<void(const Address& to, const Message& message)>;
+  /// How a machine here reaches one elsewhere; called from many threads. @returns bytes of the frame
+  using Send = std::function<std::size_t(const Address& to, const Message& message)>;
 
   /// @param solution  what to begin with, or what to render
   /// @error  bad_input: cells or pictures that can't be
@@ -38,23 +38,33 @@ class HostedRun {
   void start(caf::actor_system& system, Send send);
   /// Those whose failure is the run's: cells or workers.
   std::vector<caf::actor> actors() const;
+  /// @param frame_bytes  that it came in
   /// @returns false for a message that nobody here takes
-  bool deliver(const RunMessage& message, Message content);
+  bool deliver(const RunMessage& message, Message content, std::size_t frame_bytes);
   /// Calls `take` with the image of each cell, on the cells' threads.
   void collect(const std::function<void(CellImage)>& take) const;
   /// While the way out is full no cell shoots.
   void hold(bool is_held);
   /// Hemicube messages that a cell has dealt with so far.
   std::uint64_t processed(CellId cell) const;
-  /// A line per actor for monitoring: "name, job, busy_ns, depth, arrived, steps, shots, rays", apart by tabs.
-  std::vector<std::string> load() const;
+  /// Of every actor, by name. Cells are asked to look at themselves on the way: what they say comes with the next call.
+  std::vector<ActorLoad> load();
 
  private:
+  /// Across the process's edge (bytes of frames).
+  struct Traffic {
+    std::atomic<std::uint64_t> bytes_in{0}, bytes_out{0};
+  };
   struct HostedCell {
     std::shared_ptr<CellLight> light;
     std::shared_ptr<Cell> machine;
     CellActor actor;
     std::atomic<std::uint64_t> processed{0}, shots{0}, rays{0};
+    // What it said of itself when it was asked last.
+    std::atomic<bool> is_asked{false};
+    std::atomic<const char*> state{"resting"};
+    std::atomic<std::uint64_t> memory_bytes{0};
+    std::atomic<double> unshot_w{0};
   };
   HostedRun(const HostShare& share, std::shared_ptr<const Solution> solution)
       : share_(share), solution_(std::move(solution)) {}
@@ -63,6 +73,9 @@ class HostedRun {
   void start_cells(caf::actor_system& system);
   void start_workers(caf::actor_system& system);
   CellImage image(const Cell& cell) const;
+  void send(const Address& from, const Address& to, const Message& message);
+  void ask_for_load(HostedCell& cell);
+  static void look(const Cell& machine, bool is_held, HostedCell& cell);
 
   HostShare share_;
   std::shared_ptr<const Solution> solution_;
@@ -76,6 +89,7 @@ class HostedRun {
   std::shared_ptr<Meters> meters_ = std::make_shared<Meters>();
   std::shared_ptr<std::atomic<bool>> hold_ = std::make_shared<std::atomic<bool>>(false);
   std::map<WorkerId, JobSink> workers_;
+  std::map<Address, Traffic> traffic_;  ///< of everybody here; complete before anybody speaks
 };
 
 }  // namespace lichthof::actors

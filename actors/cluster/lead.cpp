@@ -25,7 +25,7 @@ using tick_atom = caf::atom_constant<caf::atom("tick")>;
 
 constexpr auto tick = 100ms;
 constexpr auto complaint_waits = Duration{12'000'000'000};  // longer than a lease: who is silent is lost by then
-constexpr auto refresh_every = Duration{1'000'000'000};
+constexpr auto refresh_every = Duration{1'000'000'000}, forget_every = Duration{60'000'000'000};
 
 /// A solution that a thread of its own has written.
 struct Written {
@@ -38,6 +38,16 @@ struct Written {
   EnergyLedger energy;
   SolveCounters counters;
 };
+
+double unix_s() { return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+/// What the light of a first pass cost on its way between cells.
+std::string traffic_of(const SolveCounters& c) {
+  const auto each = [&](std::uint64_t count) { return std::to_string(count > 0 ? c.bytes_sent / count : 0); };
+  return "the first pass took " + std::to_string(c.shots) + " shots, " + std::to_string(c.messages) + " messages and " +
+         std::to_string(c.bytes_sent) + " bytes between cells: " + each(c.shots) + " bytes per shot, " +
+         each(c.messages) + " per message";
+}
 
 }  // namespace
 
@@ -52,10 +62,7 @@ class LeadState {
     options_ = std::move(options);
     blobs_ = std::move(blobs);
     dispatcher_ = std::move(dispatcher);
-    for (auto& [id, job] : kept) {
-      jobs_[id].kept = std::move(job);
-      jobs_[id].submitted = clock_.now();
-    }
+    for (auto& [id, job] : kept) jobs_[id].kept = std::move(job);
   }
   void use(const Link& link) {
     link_ = link;
@@ -107,6 +114,7 @@ class LeadState {
     known = {stranger->second.who.name,
              peer,
              {node, stranger->second.host, stranger->second.port, stranger->second.boot_id},
+             {},
              {}};
     strangers_.erase(stranger);
     spdlog::info("node {} ({}) joined: {} cores, {:.1f} Mray/s each, {:.1f} GiB", node.value, known.name, facts.cores,
@@ -120,7 +128,8 @@ class LeadState {
   void on(NodeId node, NodeReport& report) {
     dispatcher_.node_reported(node, report.free_memory_bytes, clock_.now());
     if (!std::isfinite(report.busy_share)) report.busy_share = 0;
-    nodes_[node].report = std::move(report);
+    KnownNode& known = nodes_[node];
+    known.before = std::exchange(known.report, std::move(report));
   }
   void on(NodeId node, Hosted& hosted) { dispatcher_.hosted(node, hosted.job, hosted.epoch, clock_.now()); }
   void on(NodeId node, HostFailed& failed) {
@@ -155,34 +164,52 @@ class LeadState {
 
   Expected<JobId> submit(const JobOrder& order) {
     if (!blobs_->find(order.solution)) return Error{ErrorCode::bad_input, "scene", "has not been handed in"};
-    Expected<JobId> id = dispatcher_.submit(order.wish, clock_.now());
-    if (!id) return id.error();
-    Job& job = jobs_[*id];
-    job.kept = {order, order.solution};
-    job.submitted = clock_.now();
+    const bool is_full = forget_old();
+    Expected<JobId> id =
+        is_full
+            ? Expected<JobId>(Error{ErrorCode::failed, "the lab",
+                                    "keeps as many results that nobody has fetched as it may; fetch some, then hand it "
+                                    "in again"})
+            : dispatcher_.submit(order.wish, clock_.now());
+    if (!id) {
+      stale_.insert(order.solution);
+      drop_stale();
+      return id.error();
+    }
+    jobs_[*id].kept = {order, order.solution, unix_s(), 0, false};
     say(*id, "submitted by " + order.owner);
     if (Status kept = decide(); !kept) return kept.error();
     return id;
   }
   Status cancel(JobId job) { return decided(dispatcher_.cancel(job, clock_.now())); }
   Status retry(JobId job) {
-    jobs_[job].ended.reset();
-    return decided(dispatcher_.retry(job, clock_.now()));
+    Status status = dispatcher_.retry(job, clock_.now());
+    if (status) jobs_[job].kept.ended_s = 0, jobs_[job].kept.is_fetched = false;
+    return decided(std::move(status));
   }
   Status drain(const std::string& node_name, bool is_draining) {
+    if (!is_draining && dispatcher_.draining().contains(node_name))  // it may be away
+      return decided(dispatcher_.drain(node_name, false));
     return for_named(node_name, [&](NodeId node) { return dispatcher_.drain(node, is_draining, clock_.now()); });
+  }
+  void fetched(JobId id) {
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end() || found->second.kept.is_fetched) return;
+    found->second.kept.is_fetched = true;
+    if (Status kept = keep(); !kept) spdlog::error("{}", kept.error().text());
   }
   Status kick(const std::string& node_name) {
     return for_named(node_name, [&](NodeId node) { return dispatcher_.kick(node, clock_.now()); });
   }
 
-  LabView view() {
+  LabView view(std::optional<JobId> only) {
     LabView view;
     const Instant now = clock_.now();
     for (const auto& [id, node] : dispatcher_.nodes()) {
       NodeView& seen = view.nodes.emplace_back();
       const KnownNode& known = nodes_[id];
       seen.id = id, seen.node = node, seen.host = known.peer.host, seen.report = known.report;
+      seen.before = known.before;
       seen.seen_s = 1e-9 * static_cast<double>((now - node.heard).ns);
       for (const auto& counters : link_->monitor().peers())
         if (counters->peer == known.link) seen.bytes_in = counters->bytes_in, seen.bytes_out = counters->bytes_out;
@@ -190,6 +217,7 @@ class LeadState {
         if (lab_job.run && lab_job.run->shares.count(id)) seen.jobs.push_back(job);
     }
     for (const auto& [id, lab_job] : dispatcher_.jobs()) {
+      if (only && *only != id) continue;
       JobView& seen = view.jobs.emplace_back();
       Job& job = jobs_[id];
       seen.id = id, seen.job = lab_job, seen.order = job.kept.order, seen.solution = job.kept.solution;
@@ -201,7 +229,8 @@ class LeadState {
         if (const Balancer* balancer = job.run->balancer())
           seen.columns_done = balancer->finished_columns(), seen.rays = balancer->rays();
       }
-      seen.seconds = 1e-9 * static_cast<double>((job.ended.value_or(now) - job.submitted).ns);
+      seen.ended_s = job.kept.ended_s;
+      seen.seconds = std::max(0.0, (job.kept.ended_s > 0 ? job.kept.ended_s : unix_s()) - job.kept.submitted_s);
     }
     return view;
   }
@@ -227,6 +256,10 @@ class LeadState {
       for (auto& [id, job] : jobs_)
         if (job.run) job.run->refresh(now);
     }
+    if ((now - forgot_).ns >= forget_every.ns) {
+      forgot_ = now;
+      (void)forget_old();
+    }
     step();
   }
 
@@ -248,6 +281,7 @@ class LeadState {
       if (before != job.begun_with) stale_.insert(before);
       job.energy = written.energy, job.counters = written.counters;
       say(written.job, "kept the light of " + std::to_string(written.counters.shots) + " shots");
+      if (written.is_end) say(written.job, traffic_of(written.counters));
       if (written.is_end)
         dispatcher_.pass_finished(written.job, written.epoch, clock_.now());
       else
@@ -265,22 +299,55 @@ class LeadState {
     stale_.clear();
   }
 
+  /// Jobs that ended long ago, and what lies on disk for them. @returns whether the lab is full of what has to stay
+  bool forget_old() {
+    std::vector<EndedJob> ended;
+    for (const auto& [id, lab_job] : dispatcher_.jobs()) {
+      if (!has_ended(lab_job.state)) continue;
+      Job& job = jobs_[id];
+      if (job.bytes == 0) job.bytes = bytes_on_disk(id, job);
+      const bool is_wanted = !job.kept.is_fetched && lab_job.state != JobState::cancelled;
+      ended.push_back({id, job.kept.ended_s, is_wanted, job.bytes});
+    }
+    const Retention due = retention(std::move(ended), options_.retention, unix_s());
+    std::error_code error;
+    for (const JobId id : due.forgotten) {
+      if (!dispatcher_.forget(id)) continue;
+      spdlog::info("job {} is forgotten", id.value);
+      for (const std::string& blob : {jobs_[id].kept.solution, jobs_[id].kept.order.solution, jobs_[id].begun_with})
+        if (!blob.empty()) stale_.insert(blob);
+      jobs_.erase(id);
+      std::filesystem::remove(result_path(id), error);
+      if (options_.forgotten) options_.forgotten(id);
+    }
+    // Files go once nothing that is written down names them.
+    if (!due.forgotten.empty() && decide()) drop_stale();
+    return due.is_full;
+  }
   struct KnownNode {
     std::string name;
     PeerId link;
     Peer peer;
-    NodeReport report;
+    NodeReport report, before;  ///< the last two
   };
   struct Job {
     KeptJob kept;
     std::unique_ptr<RunLead> run;
     std::uint64_t written = 0;  ///< sequence of the light kept last
     std::string begun_with;     ///< blob that the epoch under way began with
-    Instant submitted;
-    std::optional<Instant> ended;
+    std::uint64_t bytes = 0;    ///< of its results on disk, once it has ended
     EnergyLedger energy;
     SolveCounters counters;
   };
+
+  std::uint64_t bytes_on_disk(JobId id, const Job& job) const {
+    std::uint64_t bytes = 1;  // a job costs something, and is not looked at again
+    std::error_code error;
+    for (const std::string& path : {result_path(id), blobs_->path(job.kept.solution)})
+      if (const auto size = std::filesystem::file_size(path, error); !error) bytes += size;
+    return bytes;
+  }
+  std::string result_path(JobId id) const { return options_.folder + "/results/" + std::to_string(id.value) + ".exr"; }
 
   RunLead* run_at(JobId id, Epoch epoch) {
     const auto found = jobs_.find(id);
@@ -317,7 +384,12 @@ class LeadState {
   Status keep() {
     LeadFile file;
     file.journal = dispatcher_.summary();
-    for (const auto& [id, job] : jobs_) file.jobs[id] = job.kept;
+    for (auto& [id, job] : jobs_) {
+      const auto found = dispatcher_.jobs().find(id);
+      if (found != dispatcher_.jobs().end() && has_ended(found->second.state) && job.kept.ended_s == 0)
+        job.kept.ended_s = unix_s();
+      file.jobs[id] = job.kept;
+    }
     return write_lead_file(options_.folder + "/jobs", file);
   }
 
@@ -375,7 +447,7 @@ class LeadState {
     }
   }
   void carry_out(const JobEnded& order) {
-    jobs_[order.job].ended = clock_.now();
+    jobs_[order.job].bytes = 0;
     say(order.job, std::string(name_of(order.state)) + (order.reason.empty() ? "" : ": " + order.reason));
   }
   void carry_out(const DropNode& order) {
@@ -394,8 +466,7 @@ class LeadState {
     if (wants == RunLead::Wants::nothing) return;
     Job& job = jobs_[run.job()];
     if (run.pass() == Pass::picture) {
-      const std::string path = options_.folder + "/results/" + std::to_string(run.job().value) + ".exr";
-      const Status written = options_.write_picture(path, run.balancer()->image());
+      const Status written = options_.write_picture(result_path(run.job()), run.balancer()->image());
       if (written)
         dispatcher_.pass_finished(run.job(), run.epoch(), clock_.now());
       else
@@ -475,7 +546,7 @@ class LeadState {
   std::shared_ptr<BlobCache> blobs_;
   std::optional<Link> link_;
   Clock clock_;
-  Instant refreshed_;
+  Instant refreshed_, forgot_;
   Dispatcher dispatcher_;
   std::uint32_t last_node_ = 0;
   std::uint64_t last_writing_ = 0;
@@ -604,14 +675,17 @@ Status Lead::cancel(JobId job) {
 Status Lead::retry(JobId job) {
   return ask<Status>([&](LeadState& state) { return state.retry(job); });
 }
+void Lead::fetched(JobId job) {
+  ask<bool>([&](LeadState& state) { return state.fetched(job), true; });
+}
 Status Lead::drain(const std::string& node, bool is_draining) {
   return ask<Status>([&](LeadState& state) { return state.drain(node, is_draining); });
 }
 Status Lead::kick(const std::string& node) {
   return ask<Status>([&](LeadState& state) { return state.kick(node); });
 }
-LabView Lead::view() {
-  return ask<LabView>([](LeadState& state) { return state.view(); });
+LabView Lead::view(std::optional<JobId> only) {
+  return ask<LabView>([&](LeadState& state) { return state.view(only); });
 }
 Expected<Image> Lead::picture(JobId job) {
   return ask<Expected<Image>>([&](LeadState& state) { return state.picture(job); });

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "actors/link/link.hpp"
 #include "core/cluster/controller.hpp"
 #include "core/cluster/dispatcher.hpp"
+#include "core/cluster/retention.hpp"
 #include "core/light/solution.hpp"
 #include "core/tracing/image.hpp"
 
@@ -40,6 +42,7 @@ struct JobView {
   std::uint32_t columns_done = 0, columns = 0;
   std::uint64_t rays = 0;  ///< of the picture
   double seconds = 0;      ///< since it was submitted, until its end
+  double ended_s = 0;      ///< since 1970; 0: it has not
   EnergyLedger energy;     ///< of the light so far
   SolveCounters counters;
 };
@@ -47,7 +50,7 @@ struct NodeView {
   NodeId id;
   LabNode node;
   std::string host;
-  NodeReport report;
+  NodeReport report, before;  ///< the last two
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seen_s = 0;  ///< since it was last heard
   std::vector<JobId> jobs;
@@ -63,11 +66,13 @@ struct LeadOptions {
   std::uint16_t port = 0;
   std::string folder;  ///< state: journal, blobs, results
   DispatcherOptions dispatcher;
+  RetentionOptions retention;
   unsigned threads = 1;  ///< for measuring what escapes
   std::function<Expected<Solution>(const std::string& path)> read_solution;
   std::function<Status(const std::string& path, const Solution&)> write_solution;
   std::function<Status(const std::string& path, const Image&)> write_picture;
   std::function<void(JobId, const std::string& line)> log;
+  std::function<void(JobId)> forgotten;  ///< its log may go
 };
 
 class LeadState;
@@ -84,10 +89,13 @@ class Lead {
   Expected<JobId> submit(const JobOrder& order);
   Status cancel(JobId job);
   Status retry(JobId job);
+  /// Somebody has had the job's result: it may be forgotten.
+  void fetched(JobId job);
   /// @param node  by name. @error no such node
   Status drain(const std::string& node, bool is_draining);
   Status kick(const std::string& node);
-  LabView view();
+  /// @param only  of the jobs, this one alone
+  LabView view(std::optional<JobId> only = std::nullopt);
   /// The picture of a job, black where columns are missing. @error none yet
   Expected<Image> picture(JobId job);
 

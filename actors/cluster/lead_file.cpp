@@ -14,7 +14,7 @@ namespace lichthof::actors {
 
 namespace {
 
-constexpr std::uint8_t version = 1;
+constexpr std::uint8_t version = 2;
 constexpr std::uint32_t max_entries = 1u << 24, max_cells_of_job = 1u << 17, max_numbers = 1u << 8;
 
 struct NamedJob {
@@ -25,9 +25,9 @@ struct NamedJob {
 }  // namespace
 
 template <>
-inline constexpr std::size_t least_bytes<JournalEntry> = 9;
+inline constexpr std::size_t least_bytes<JournalEntry> = 6;
 template <>
-inline constexpr std::size_t least_bytes<NamedJob> = 60;
+inline constexpr std::size_t least_bytes<NamedJob> = 77;
 
 template <class Codec>
 static void fields(Codec& c, Field<Codec, JobWish> wish) {
@@ -83,6 +83,22 @@ static void fields(Codec& c, Field<Codec, journal::Retried> entry) {
   c(job);
 }
 
+template <class Codec>
+static void fields(Codec& c, Field<Codec, journal::Forgotten> entry) {
+  auto& [job] = entry;
+  c(job);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, journal::Numbered> entry) {
+  auto& [job] = entry;
+  c(job);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, journal::Draining> entry) {
+  auto& [node, is_draining] = entry;
+  c(node, is_draining);
+}
+
 template <std::size_t K = 0>
 static bool make_kind(std::size_t kind, JournalEntry& entry) {
   if constexpr (K == std::variant_size_v<JournalEntry>)
@@ -103,10 +119,10 @@ static void fields(Codec& c, Field<Codec, JournalEntry> entry) {
 template <class Codec>
 static void fields(Codec& c, Field<Codec, NamedJob> job) {
   auto& [id, kept] = job;
-  auto& [order, solution] = kept;
+  auto& [order, solution, submitted_s, ended_s, is_fetched] = kept;
   auto& [wish, start, picture, eps, owner] = order;
   auto& [method, width, height, samples, gather, camera] = picture;
-  c(id, solution, wish, start, method, width, height, samples, gather, eps, owner);
+  c(id, solution, wish, start, method, width, height, samples, gather, eps, owner, submitted_s, ended_s, is_fetched);
   c.list(camera, max_numbers);
 }
 

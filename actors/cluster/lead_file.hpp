@@ -12,7 +12,9 @@ namespace lichthof::actors {
 
 struct KeptJob {
   JobOrder order;
-  std::string solution;  ///< blob of the light so far
+  std::string solution;                 ///< blob of the light so far
+  double submitted_s = 0, ended_s = 0;  ///< since 1970; 0: has not ended
+  bool is_fetched = false;              ///< somebody has had its result
 };
 
 struct LeadFile {

@@ -192,7 +192,8 @@ class NodeState {
     Share* const share = share_at(message.job, message.epoch);
     Expected<Message> content = decode(message.message);
     const bool is_light = content && std::holds_alternative<HemicubeMessage>(*content);
-    const bool taken = content && share && share->started && share->run->deliver(message, std::move(*content));
+    const bool taken =
+        content && share && share->started && share->run->deliver(message, std::move(*content), frame.bytes->size());
     if (!content) spdlog::warn("a message of job {} is refused: {}", message.job.value, content.error().text());
     if (!frame.bulk) return;
     if (taken && is_light)
@@ -268,20 +269,23 @@ class NodeState {
     share.started = true;
     const Link link = *link_;
     const auto send = [link, lead = *lead_, job = share.wanted.job, epoch = share.wanted.epoch,
-                       cells = share.wanted.cells, peers = share.reached](const Address& to, const Message& message) {
+                       cells = share.wanted.cells,
+                       peers = share.reached](const Address& to, const Message& message) -> std::size_t {
       PeerId peer = lead;
       if (const auto* cell = std::get_if<CellId>(&to)) {
         const auto found = peers.find(cells[cell->value]);
-        if (found == peers.end()) return;  // no neighbour: nobody sends there
+        if (found == peers.end()) return 0;  // no neighbour: nobody sends there
         peer = found->second;
       }
       auto bytes = std::make_shared<const Bytes>(encode(ClusterMessage(run_message(job, epoch, to, message))));
+      const std::size_t count = bytes->size();
       const bool is_bulk =
           std::holds_alternative<HemicubeMessage>(message) || std::holds_alternative<ColumnResult>(message);
       if (is_bulk)
         link.send_bulk(peer, std::move(bytes));
       else
         link.send_control(peer, std::move(bytes));
+      return count;
     };
     share.run->start(self_->system(), send);
     for (const caf::actor& actor : share.run->actors()) {
@@ -351,9 +355,10 @@ class NodeState {
     reported_s_ = now, reported_cpu_ = cpu;
     report.free_memory_bytes = options_.free_memory_bytes();
     report.used_memory_bytes = options_.used_memory_bytes();
+    report.at_ns = static_cast<std::uint64_t>(1e9 * now);
     for (const auto& [job, share] : shares_)
       if (share.started)
-        for (std::string& line : share.run->load()) report.actors.push_back(std::move(line));
+        for (ActorLoad& load : share.run->load()) report.actors.push_back(std::move(load));
     to_lead(report);
   }
 

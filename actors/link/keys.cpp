@@ -5,6 +5,7 @@
 #include <openssl/bio.h>
 #include <openssl/bn.h>
 #include <openssl/ec.h>
+#include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
@@ -20,6 +21,7 @@
 #include <system_error>
 
 #include "actors/link/certificate.hpp"
+#include "actors/link/revocation.hpp"
 
 namespace lichthof::actors {
 
@@ -42,9 +44,8 @@ std::string text_in(BIO* bio) {
 
 // ---- Files ------------------------------------------------------------------------------------------------------------
 
-/// Writes a new file: all of it or none, and never over another one.
-Status write_new(const std::string& path, const std::string& text, mode_t mode) {
-  const std::string temporary = path + ".new";
+/// All of it or none, under a temporary name.
+Status write_beside(const std::string& path, const std::string& temporary, const std::string& text, mode_t mode) {
   ::unlink(temporary.c_str());  // left over from an interrupted run
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (fd < 0) return io_failure(path);
@@ -55,15 +56,34 @@ Status write_new(const std::string& path, const std::string& text, mode_t mode) 
     good = count > 0 || errno == EINTR;
   }
   good = good && ::fsync(fd) == 0;
+  const int problem = errno;
   good = ::close(fd) == 0 && good;
+  if (good) return Done{};
+  ::unlink(temporary.c_str());
+  errno = problem;
+  return io_failure(path);
+}
+
+/// A new file, never over another one.
+Status write_new(const std::string& path, const std::string& text, mode_t mode) {
+  const std::string temporary = path + ".new";
+  if (Status written = write_beside(path, temporary, text, mode); !written) return written;
   // A link fails where a rename would replace.
-  good = good && ::link(temporary.c_str(), path.c_str()) == 0;
+  const bool good = ::link(temporary.c_str(), path.c_str()) == 0;
   const int problem = errno;
   ::unlink(temporary.c_str());
   if (good) return Done{};
   if (problem == EEXIST) return refused(path, "exists already and is not overwritten");
   errno = problem;
   return io_failure(path);
+}
+
+/// In the place of what was there.
+Status write_over(const std::string& path, const std::string& text, mode_t mode) {
+  const std::string temporary = path + ".new";
+  if (Status written = write_beside(path, temporary, text, mode); !written) return written;
+  if (::rename(temporary.c_str(), path.c_str()) != 0) return io_failure(path);
+  return Done{};
 }
 
 Status nothing_there(const std::string& path) {
@@ -136,7 +156,7 @@ X509Pointer signed_certificate(EVP_PKEY* key, const std::string& name, const std
                     add_extension(certificate, by, NID_basic_constraints,
                                   is_authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE") &&
                     add_extension(certificate, by, NID_key_usage,
-                                  is_authority ? "critical,keyCertSign" : "critical,digitalSignature") &&
+                                  is_authority ? "critical,keyCertSign,cRLSign" : "critical,digitalSignature") &&
                     (is_authority || add_extension(certificate, by, NID_ext_key_usage, "clientAuth,serverAuth")) &&
                     add_extension(certificate, by, NID_subject_key_identifier, "hash") &&
                     add_extension(certificate, by, NID_authority_key_identifier, "keyid:always") &&
@@ -152,6 +172,58 @@ Status issue(const std::string& stem, const std::string& name, const std::string
       signed_certificate(key.get(), name, role, validity, {authority, authority ? authority_key : key.get()});
   if (!certificate) return Error{ErrorCode::failed, stem + ".crt", openssl_problem()};
   return write_pair(stem, certificate.get(), key.get());
+}
+
+struct AuthorityPair {
+  X509Pointer certificate;
+  KeyPointer key;
+};
+Expected<AuthorityPair> authority_in(const std::string& folder) {
+  const std::string stem = folder + "/" + authority_file;
+  Expected<X509Pointer> certificate = certificate_in(stem + ".crt");
+  if (!certificate)
+    return refused(certificate.error().where,
+                   certificate.error().message + "; make one with: lichthof keys init " + folder);
+  Expected<KeyPointer> key = key_in(stem + ".key");
+  if (!key) return key.error();
+  return AuthorityPair{std::move(*certificate), std::move(*key)};
+}
+
+// ---- The list of the revoked ------------------------------------------------------------------------------------------
+
+using ListPointer = std::unique_ptr<X509_CRL, Release<X509_CRL, X509_CRL_free>>;
+using TimePointer = std::unique_ptr<ASN1_TIME, Release<ASN1_TIME, ASN1_TIME_free>>;
+
+/// The old list with one more. @param old  may be null @returns null when OpenSSL fails
+ListPointer longer_list(X509_CRL* old, const X509* revoked, const AuthorityPair& authority) {
+  ListPointer list(old ? X509_CRL_dup(old) : X509_CRL_new());
+  // A list that ran out would shut everybody out: it is good as long as its authority.
+  const TimePointer now(X509_gmtime_adj(nullptr, 0));
+  X509_REVOKED* entry = X509_REVOKED_new();
+  const bool is_filed =
+      list && entry && X509_REVOKED_set_revocationDate(entry, now.get()) == 1 &&
+      X509_REVOKED_set_serialNumber(entry, const_cast<ASN1_INTEGER*>(X509_get0_serialNumber(revoked))) == 1 &&
+      X509_CRL_add0_revoked(list.get(), entry) == 1;
+  if (!is_filed) {
+    X509_REVOKED_free(entry);
+    return nullptr;
+  }
+  const X509* issuer = authority.certificate.get();
+  const bool good = X509_CRL_set_version(list.get(), X509_CRL_VERSION_2) == 1 &&
+                    X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(issuer)) == 1 &&
+                    X509_CRL_set1_lastUpdate(list.get(), now.get()) == 1 &&
+                    X509_CRL_set1_nextUpdate(list.get(), X509_get0_notAfter(issuer)) == 1 &&
+                    X509_CRL_sort(list.get()) == 1 && X509_CRL_sign(list.get(), authority.key.get(), EVP_sha256()) > 0;
+  return good ? std::move(list) : nullptr;
+}
+
+/// Whether a certificate stands in the list beside its authority's; what is wrong with the list is told elsewhere.
+bool is_revoked(const std::string& folder, const X509* certificate) {
+  const std::string authority_path = folder + "/" + authority_file + ".crt";
+  const Expected<X509Pointer> authority = certificate_in(authority_path);
+  if (!authority) return false;
+  const auto list = revocation_list(revocation_file(authority_path), authority->get());
+  return list && serials_in(list->get()).contains(serial_of(certificate));
 }
 
 std::string utc(const ASN1_TIME* time) {
@@ -188,6 +260,8 @@ Expected<CertificateFacts> facts_of(const std::string& path) {
   facts.fingerprint = fingerprint_of(certificate);
   if (X509_cmp_current_time(X509_get0_notBefore(certificate)) > 0) facts.problem = "not valid yet";
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0) facts.problem = "expired";
+  const std::size_t slash = path.rfind('/');
+  if (is_revoked(slash == std::string::npos ? "." : path.substr(0, slash), certificate)) facts.problem = "revoked";
   return facts;
 }
 
@@ -201,14 +275,34 @@ Status create_authority(const std::string& folder, const Validity& validity) {
 Status issue_certificate(const std::string& folder, const Identity& who, const Validity& validity) {
   if (!is_name(who.name) || who.name == authority_file)
     return refused(who.name, "a name has 1 to 64 letters, digits and ._-, begins with no dot or dash, and is not ca");
-  const std::string authority_stem = folder + "/" + authority_file;
-  const Expected<X509Pointer> authority = certificate_in(authority_stem + ".crt");
-  if (!authority)
-    return refused(authority.error().where,
-                   authority.error().message + "; make one with: lichthof keys init " + folder);
-  const Expected<KeyPointer> key = key_in(authority_stem + ".key");
-  if (!key) return key.error();
-  return issue(folder + "/" + who.name, who.name, name_of(who.role), validity, authority->get(), key->get());
+  const Expected<AuthorityPair> authority = authority_in(folder);
+  if (!authority) return authority.error();
+  const std::string stem = folder + "/" + who.name;
+  // What has been revoked makes room for its successor.
+  if (const Expected<X509Pointer> former = certificate_in(stem + ".crt"); former && is_revoked(folder, former->get()))
+    for (const char* ending : {".crt", ".key"}) ::unlink((stem + ending).c_str());
+  return issue(stem, who.name, name_of(who.role), validity, authority->certificate.get(), authority->key.get());
+}
+
+Status revoke_certificate(const std::string& folder, const std::string& name) {
+  if (!is_name(name) || name == authority_file) return refused(name, "is no name of a certificate of the lab");
+  const Expected<AuthorityPair> authority = authority_in(folder);
+  if (!authority) return authority.error();
+  X509* const issuer = authority->certificate.get();
+  const std::string path = folder + "/" + name + ".crt",
+                    list_path = revocation_file(folder + "/" + authority_file + ".crt");
+  const Expected<X509Pointer> certificate = certificate_in(path);
+  if (!certificate) return certificate.error();
+  if (X509_verify(certificate->get(), X509_get0_pubkey(issuer)) != 1)
+    return ERR_clear_error(), refused(path, "is no certificate of the authority in " + folder);
+  const Expected<std::shared_ptr<X509_CRL>> old = revocation_list(list_path, issuer);
+  if (!old) return old.error();
+  if (serials_in(old->get()).contains(serial_of(certificate->get()))) return refused(path, "is revoked already");
+  const ListPointer list = longer_list(old->get(), certificate->get(), *authority);
+  const BioPointer text(BIO_new(BIO_s_mem()));
+  if (!list || PEM_write_bio_X509_CRL(text.get(), list.get()) != 1)
+    return Error{ErrorCode::failed, list_path, openssl_problem()};
+  return write_over(list_path, text_in(text.get()), 0644);
 }
 
 Expected<std::vector<CertificateFacts>> certificate_facts(const std::string& path) {

@@ -3,9 +3,10 @@
 /// precious file.
 ///
 ///     FOLDER/ca.crt  ca.key           the authority; ca.crt is copied to every machine
+///     FOLDER/ca.crl                   what it has taken back; lies beside ca.crt on every machine that asks others for theirs
 ///     FOLDER/NAME.crt  NAME.key       goes to the machine of that name
 ///
-/// Files appear whole, keys with mode 0600, and nothing is ever overwritten.
+/// Files appear whole, keys with mode 0600, and nothing is ever overwritten but the list, and a pair that has been revoked.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +34,10 @@ Status create_authority(const std::string& folder, const Validity& validity = au
 /// @error bad_input: no authority in the folder, no good name, the name is taken; io: what can not be written
 Status issue_certificate(const std::string& folder, const Identity& who, const Validity& validity = issued_validity);
 
+/// Adds the certificate of that name to the list of those that count no more.
+/// @error bad_input: no authority in the folder, no such certificate, revoked already; io: what can not be written
+Status revoke_certificate(const std::string& folder, const std::string& name);
+
 /// What stands in a certificate.
 struct CertificateFacts {
   std::string file;
@@ -40,7 +45,7 @@ struct CertificateFacts {
   std::string issuer;
   std::string valid_from, valid_to;  ///< UTC: 2026-01-31T12:00:00Z
   std::string fingerprint;           ///< SHA-256, hexadecimal
-  std::string problem;               ///< expired, not valid yet; empty: none
+  std::string problem;               ///< revoked, expired, not valid yet; empty: none
 };
 
 /// Of one file, or of every .crt in a folder, by file name.

@@ -205,6 +205,7 @@ void Switchboard::tick() {
   // When this process itself was stopped for a while, what peers said meanwhile has not been read yet: no silence of theirs.
   const auto absence = now - std::exchange(last_tick_, now);
   const bool was_absent = absence > options_.silence_limit / 2;
+  end_revoked();
   std::vector<ConnectionPointer> all;
   for (const auto& [id, c] : connections_) all.push_back(c);
   for (const ConnectionPointer& c : all) {
@@ -217,6 +218,18 @@ void Switchboard::tick() {
   see_off();
   if (stopping_ && leaving_.empty()) return broker_.quit();
   broker_.delayed_send(&broker_, tick_interval, Tick{});
+}
+
+/// Who was let in before his certificate was taken back.
+void Switchboard::end_revoked() {
+  if (!setup_.tls) return;
+  const std::uint64_t generation = setup_.tls->revocations().generation();
+  if (std::exchange(revocations_seen_, generation) == generation) return;
+  std::vector<ConnectionPointer> revoked;
+  for (const auto& [id, c] : connections_)
+    if (const TlsSession* session = c->scribe->session(); session && session->secured() && session->is_revoked())
+      revoked.push_back(c);
+  for (const ConnectionPointer& c : revoked) end(c, "its certificate has been revoked", Farewell::reason);
 }
 
 void Switchboard::look_after(const ConnectionPointer& c, Clock::time_point now) {

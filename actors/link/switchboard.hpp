@@ -126,6 +126,7 @@ class Switchboard {
   void tell_end(const Connection& c, Stage was, const std::string& reason);
   void log_refusal(const std::string& line);
   void see_off();
+  void end_revoked();
   void look_after(const ConnectionPointer& c, Clock::time_point now);
 
   // Who is it? (greeting.cpp)
@@ -157,6 +158,7 @@ class Switchboard {
   std::size_t up_ = 0;
   bool stopping_ = false;
   Clock::time_point last_tick_ = Clock::now();
+  std::uint64_t revocations_seen_ = 0;
   TokenBucket refusals_{5, 20};
   std::size_t unlogged_refusals_ = 0;
   Dialler dialler_;

@@ -67,11 +67,21 @@ std::string weakness(X509* certificate, X509* authority) {
   return why;
 }
 
+/// Asked by OpenSSL for each certificate of a chain, at depth 0 for the peer's own.
+int not_revoked(int is_good, X509_STORE_CTX* check) {
+  if (is_good != 1 || X509_STORE_CTX_get_error_depth(check) > 0) return is_good;
+  const auto* ssl = static_cast<const SSL*>(X509_STORE_CTX_get_ex_data(check, SSL_get_ex_data_X509_STORE_CTX_idx()));
+  auto* const revocations = static_cast<Revocations*>(SSL_CTX_get_app_data(SSL_get_SSL_CTX(ssl)));
+  if (!revocations->contain(serial_of(X509_STORE_CTX_get_current_cert(check)))) return 1;
+  X509_STORE_CTX_set_error(check, X509_V_ERR_CERT_REVOKED);
+  return 0;
+}
+
 }  // namespace
 
 Expected<std::shared_ptr<const TlsContext>> TlsContext::load(const TlsFiles& files) {
   ERR_clear_error();
-  const Expected<X509Pointer> authority = certificate_in(files.authority);
+  Expected<X509Pointer> authority = certificate_in(files.authority);
   if (!authority) return authority.error();
   const Expected<X509Pointer> certificate = certificate_in(files.certificate);
   if (!certificate) return certificate.error();
@@ -87,19 +97,28 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::load(const TlsFiles& fil
   Expected<Identity> own = identity_of(certificate->get());
   if (!own) return refused(files.certificate, own.error().message);
 
+  X509_up_ref(authority->get());
+  Expected<std::shared_ptr<Revocations>> revocations =
+      Revocations::load(files.authority, std::shared_ptr<X509>(authority->get(), X509_free));
+  if (!revocations) return revocations.error();
+  if ((*revocations)->contain(serial_of(certificate->get())))
+    return refused(files.certificate, "has been revoked; issue another with `lichthof keys issue`");
+
   std::shared_ptr<SSL_CTX> context(SSL_CTX_new(TLS_method()), SSL_CTX_free);
+  SSL_CTX_set_app_data(context.get(), revocations->get());
   X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), authority->get());
   SSL_CTX_set_min_proto_version(context.get(), TLS1_3_VERSION);
   // Sessions are long: nothing is gained by resuming one, and no ticket is left to be written to a peer that has gone.
   SSL_CTX_set_session_cache_mode(context.get(), SSL_SESS_CACHE_OFF);
   SSL_CTX_set_num_tickets(context.get(), 0);
   SSL_CTX_set_mode(context.get(), SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
-  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
+  SSL_CTX_set_verify(context.get(), SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, not_revoked);
   SSL_CTX_set_max_cert_list(context.get(), 16384);
   if (SSL_CTX_use_certificate(context.get(), certificate->get()) != 1 ||
       SSL_CTX_use_PrivateKey(context.get(), key->get()) != 1)
     return refused(files.certificate, openssl_problem());
-  return std::shared_ptr<const TlsContext>(std::make_shared<TlsContext>(std::move(context), std::move(*own)));
+  return std::shared_ptr<const TlsContext>(
+      std::make_shared<TlsContext>(std::move(context), std::move(*own), std::move(*revocations)));
 }
 
 TlsSession::TlsSession(std::shared_ptr<const TlsContext> context, int socket, bool dialled)
@@ -150,6 +169,7 @@ TlsSession::Progress TlsSession::shake_hands() {
     return Progress::failed;
   }
   peer_ = std::move(*peer);
+  peer_serial_ = serial_of(certificate.get());
   return Progress::done;
 }
 

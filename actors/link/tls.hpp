@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "actors/link/revocation.hpp"
 #include "actors/link/role.hpp"
 #include "core/base/expected.hpp"
 
@@ -27,17 +28,22 @@ struct TlsFiles {
 
 class TlsContext {
  public:
-  /// @error bad_input with the file and the mend: missing, unreadable, damaged, not of this authority, expired, the key
-  ///        of another certificate or readable by others
+  /// What the authority has revoked stands beside its certificate, see revocation.hpp; that file alone is read again when it
+  /// changes.
+  /// @error bad_input with the file and the mend: missing, unreadable, damaged, not of this authority, expired, revoked, the
+  ///        key of another certificate or readable by others
   static Expected<std::shared_ptr<const TlsContext>> load(const TlsFiles& files);
 
-  TlsContext(std::shared_ptr<ssl_ctx_st> context, Identity own) : context_(std::move(context)), own_(std::move(own)) {}
+  TlsContext(std::shared_ptr<ssl_ctx_st> context, Identity own, std::shared_ptr<Revocations> revocations)
+      : context_(std::move(context)), own_(std::move(own)), revocations_(std::move(revocations)) {}
   const Identity& own() const { return own_; }
   ssl_ctx_st* context() const { return context_.get(); }
+  Revocations& revocations() const { return *revocations_; }
 
  private:
   std::shared_ptr<ssl_ctx_st> context_;
   Identity own_;
+  std::shared_ptr<Revocations> revocations_;
 };
 
 /// TLS on one connected socket that never blocks.
@@ -59,6 +65,8 @@ class TlsSession {
   bool wants_to_write() const { return wants_to_write_; }
   /// What the peer's certificate says. @pre secured
   const Identity& peer() const { return *peer_; }
+  /// Its certificate has been taken back meanwhile. @pre secured
+  bool is_revoked() const { return context_->revocations().contain(peer_serial_); }
   /// Why it failed; empty when the peer just left.
   const std::string& failure() const { return failure_; }
 
@@ -68,6 +76,7 @@ class TlsSession {
   std::shared_ptr<const TlsContext> context_;
   std::shared_ptr<ssl_st> ssl_;
   std::optional<Identity> peer_;
+  std::string peer_serial_;
   bool wants_to_write_ = false;
   std::string failure_;
 };

@@ -2,6 +2,7 @@
 
 #include <cctype>
 #include <chrono>
+#include <filesystem>
 #include <thread>
 
 #include "apps/cluster/lab_service.hpp"
@@ -10,6 +11,7 @@
 #include "apps/common/progress.hpp"
 #include "apps/common/report.hpp"
 #include "io/atomic_file.hpp"
+#include "io/image_writer.hpp"
 #include "io/text.hpp"
 
 namespace lichthof::apps {
@@ -162,9 +164,8 @@ Status watch_job(const DeskClient& client, std::uint64_t job, const OutputOption
 
 Status result_file_ready(const std::string& file) { return output_ready(file, result_endings, {}); }
 
-Expected<std::uint64_t> fetched(const DeskClient& client, std::uint64_t job, const std::string& file) {
-  const std::string ending = ending_of(file);
-  const std::string kind = ending == ".lht" ? "solution.lht" : "image" + ending;
+Expected<std::uint64_t> fetched(const DeskClient& client, std::uint64_t job, const std::string& file,
+                                const std::string& kind) {
   Expected<io::AtomicFile> output = io::AtomicFile::create(file);
   if (!output) return output.error();
   std::uint64_t bytes = 0;
@@ -180,9 +181,26 @@ Expected<std::uint64_t> fetched(const DeskClient& client, std::uint64_t job, con
   return bytes;
 }
 
-Status fetch_result(const DeskClient& client, std::uint64_t job, const std::string& file, const OutputOptions& talk) {
+Expected<std::uint64_t> fetched_result(const DeskClient& client, std::uint64_t job, const std::string& file,
+                                       const std::optional<double>& exposure_ev) {
+  const std::string ending = ending_of(file);
+  if (ending == ".lht") return fetched(client, job, file, "solution.lht");
+  if (ending == ".exr" || (ending == ".png" && !exposure_ev)) return fetched(client, job, file, "image" + ending);
+  const std::string radiance = file + ".part.exr";
+  std::error_code error;
+  const Expected<std::uint64_t> bytes = fetched(client, job, radiance, "image.exr");
+  if (!bytes) return bytes.error();
+  const Expected<io::Image> image = io::read_image(radiance);
+  std::filesystem::remove(radiance, error);
+  if (!image) return image.error();
+  if (Status written = io::write_image(file, image->view(), {exposure_ev}); !written) return written.error();
+  return std::filesystem::file_size(file, error);
+}
+
+Status fetch_result(const DeskClient& client, std::uint64_t job, const std::string& file,
+                    const std::optional<double>& exposure_ev, const OutputOptions& talk) {
   if (Status ready = result_file_ready(file); !ready) return ready;
-  const Expected<std::uint64_t> bytes = fetched(client, job, file);
+  const Expected<std::uint64_t> bytes = fetched_result(client, job, file, exposure_ev);
   if (!bytes) return bytes.error();
   nlohmann::json report = document("jobs");
   report["action"] = "result", report["job"] = job, report["output"] = file, report["bytes"] = *bytes;

@@ -32,12 +32,17 @@ Expected<nlohmann::json> followed(const DeskClient& client, std::uint64_t job, b
 Status watch_job(const DeskClient& client, std::uint64_t job, const OutputOptions& talk,
                  const Interruption& interruption);
 
-inline const std::vector<std::string> result_endings{".exr", ".png", ".lht"};
+inline const std::vector<std::string> result_endings{".exr", ".hdr", ".png", ".lht"};
 /// Whether `file` could be written, and names a result by its ending. @error bad_input, io
 Status result_file_ready(const std::string& file);
-/// @returns bytes written
-Expected<std::uint64_t> fetched(const DeskClient& client, std::uint64_t job, const std::string& file);
-Status fetch_result(const DeskClient& client, std::uint64_t job, const std::string& file, const OutputOptions& talk);
+/// One result as the controller has it. @param kind  see LabService::result @returns bytes written
+Expected<std::uint64_t> fetched(const DeskClient& client, std::uint64_t job, const std::string& file,
+                                const std::string& kind);
+/// What the file's ending says. @param exposure_ev  of a .png; none: automatic @returns bytes written
+Expected<std::uint64_t> fetched_result(const DeskClient& client, std::uint64_t job, const std::string& file,
+                                       const std::optional<double>& exposure_ev);
+Status fetch_result(const DeskClient& client, std::uint64_t job, const std::string& file,
+                    const std::optional<double>& exposure_ev, const OutputOptions& talk);
 
 /// `lichthof submit` with this command line behind it, to a cluster that is known already.
 Status submit_line(const std::vector<std::string>& words, const DeskClient& client, const OutputOptions& talk,

@@ -149,6 +149,7 @@ const std::vector<Desk::Route>& Desk::routes() {
        [](Desk& d, Call& call) { call.give(d.service_.metrics(), "text/plain; version=0.0.4; charset=utf-8"); }},
       {"GET", "/v1/nodes", B::none, [](Desk& d, Call& call) { call.give(d.service_.nodes()); }},
       {"GET", "/v1/actors", B::none, [](Desk& d, Call& call) { call.give(d.service_.actors()); }},
+      {"GET", "/v1/load", B::none, [](Desk& d, Call& call) { call.give(load_of(d.service_)); }},
       {"GET", "/v1/jobs", B::none, [](Desk& d, Call& call) { call.give(d.service_.jobs()); }},
       {"GET", "/v1/methods", B::none, [](Desk& d, Call& call) { call.give(d.service_.methods()); }},
       {"GET", "/v1/events", B::none, [](Desk& d, Call& call) { d.events(call); }},

@@ -4,7 +4,8 @@
 ///     GET   /                              the dashboard
 ///     GET   /metrics                       for Prometheus
 ///     GET   /v1/nodes  /v1/actors  /v1/jobs  /v1/methods
-///     GET   /v1/events                     server-sent events: {"nodes", "jobs", "actors"} each second
+///     GET   /v1/load                       {"nodes", "jobs", "actors"}, of the jobs that are over only the latest
+///     GET   /v1/events                     server-sent events: the same each second
 ///     GET   /v1/jobs/ID  /v1/jobs/ID/log  /v1/jobs/ID/picture.png  /v1/jobs/ID/result/KIND
 ///     POST  /v1/jobs                       {"scene", "title", "options"}  -> 201 {"id"}
 ///     POST  /v1/jobs/ID/cancel  /v1/jobs/ID/resume

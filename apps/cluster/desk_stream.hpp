@@ -31,6 +31,8 @@ class DeskStream final : public httplib::Stream {
 
   /// Who is there, by its certificate; none in the clear.
   std::optional<actors::Identity> peer() const;
+  /// Whether its certificate has been taken back; from any thread, once hands were shaken.
+  bool is_revoked() const { return tls_ && tls_->secured() && tls_->is_revoked(); }
   const std::string& failure() const { return failure_; }
 
   bool is_readable() const override { return true; }

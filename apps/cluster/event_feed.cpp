@@ -6,6 +6,11 @@ std::string text_of(const nlohmann::json& document) {
   return document.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+nlohmann::json load_of(LabService& service) {
+  constexpr std::size_t most_ended = 24;  // as many as the dashboard has places
+  return {{"nodes", service.nodes()}, {"jobs", service.jobs(most_ended)}, {"actors", service.actors()}};
+}
+
 EventFeed::EventFeed(LabService& service, int seats, std::chrono::milliseconds period)
     : service_(service), seats_(seats), period_(period), writer_([this] { write_down(); }) {}
 
@@ -54,9 +59,7 @@ void EventFeed::write_down() {
     lock.unlock();
     std::string event;
     try {
-      event =
-          "data: " + text_of({{"nodes", service_.nodes()}, {"jobs", service_.jobs()}, {"actors", service_.actors()}}) +
-          "\n\n";
+      event = "data: " + text_of(load_of(service_)) + "\n\n";
     } catch (const std::exception&) {
       event = ": the state of the lab could not be told\n\n";
     }

@@ -54,6 +54,9 @@ class EventFeed {
   std::thread writer_;
 };
 
+/// {"nodes", "jobs", "actors"}: what a screen shows, with the latest of the jobs that are over.
+nlohmann::json load_of(LabService& service);
+
 /// Text of a document whatever encoding its strings have.
 std::string text_of(const nlohmann::json& document);
 

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace lichthof::apps {
 
@@ -68,6 +69,7 @@ void HttpDoor::accept_all() {
       const std::lock_guard lock(mutex_);
       if (closing_) return;
     }
+    end_revoked();
     if (ready <= 0) continue;
     actors::Socket socket(::accept4(listening_.fd(), nullptr, nullptr, SOCK_CLOEXEC));
     if (socket.fd() >= 0)
@@ -77,22 +79,48 @@ void HttpDoor::accept_all() {
   }
 }
 
+/// Who was let in before his certificate was taken back: dashboards stay connected for days.
+void HttpDoor::end_revoked() {
+  if (!tls_) return;
+  const std::uint64_t generation = tls_->revocations().generation();
+  if (std::exchange(revocations_seen_, generation) == generation) return;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [fd, stream] : secured_)
+    if (stream->is_revoked()) ::shutdown(fd, SHUT_RDWR);
+}
+
 void HttpDoor::admit(actors::Socket socket) {
   const std::lock_guard lock(mutex_);
   if (closing_) return;
-  if (inside_.size() >= limits_.connections) {
+  if (inside_.size() >= limits_.connections && !made_room()) {
     if (!tls_) (void)!::send(socket.fd(), full.data(), full.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return;
   }
   const int fd = socket.fd();
   try {
     inside_.insert(fd);
+    silent_.push_back({fd, std::chrono::steady_clock::now()});
     std::thread([this, fd] { serve(fd); }).detach();
   } catch (const std::system_error&) {  // no thread left
     inside_.erase(fd);
+    silent_.pop_back();
     return;
   }
   socket.release();
+}
+
+/// Whoever connects and says nothing shall not keep others out. Threads that are told to leave may take a moment: there are
+/// never more than twice as many as allowed.
+bool HttpDoor::made_room() {
+  if (silent_.empty() || std::chrono::steady_clock::now() - silent_.front().since < limits_.idle_time) return false;
+  ::shutdown(silent_.front().socket, SHUT_RDWR);
+  silent_.pop_front();
+  return inside_.size() < 2 * limits_.connections;
+}
+
+void HttpDoor::has_asked(int socket) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(silent_, [socket](const Silent& one) { return one.socket == socket; });
 }
 
 void HttpDoor::serve(int fd) {
@@ -101,11 +129,16 @@ void HttpDoor::serve(int fd) {
     stream.allow(limits_.head_bytes, limits_.head_time);
     if (stream.shake_hands()) {
       Caller caller = stranger_;
-      if (const std::optional<actors::Identity> peer = stream.peer()) caller = {peer->name, peer->role};
+      if (const std::optional<actors::Identity> peer = stream.peer()) {
+        caller = {peer->name, peer->role};
+        const std::lock_guard lock(mutex_);
+        secured_.emplace(fd, &stream);
+      }
       current_caller = &caller;
       bool closed = false;
       // One request a connection: what a refused one left unread can't be taken for the next.
       process_request(stream, true, closed, [&](httplib::Request& request) {
+        has_asked(fd);
         const std::uint64_t bytes = std::min(announced_bytes(request), limits_.body_bytes);
         stream.allow(bytes, limits_.patience + std::chrono::milliseconds(bytes / least_bytes_per_ms));
         // The library would wait for the end of the connection where HTTP knows no body.
@@ -116,8 +149,13 @@ void HttpDoor::serve(int fd) {
       });
       current_caller = nullptr;
     }
+    {
+      const std::lock_guard lock(mutex_);
+      secured_.erase(fd);
+    }
     stream.part();
   }
+  has_asked(fd);
   const std::lock_guard lock(mutex_);
   inside_.erase(fd);
   actors::Socket closes(fd);

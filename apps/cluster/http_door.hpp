@@ -4,6 +4,8 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -16,7 +18,9 @@
 namespace lichthof::apps {
 
 struct DoorLimits {
-  std::size_t connections = 128;               ///< each is a thread; further ones are turned away
+  /// Each is a thread; further ones are turned away, unless somebody has been silent for `idle_time`: then he goes.
+  std::size_t connections = 128;
+  std::chrono::milliseconds idle_time{1000};
   std::size_t head_bytes = 32768;              ///< request line and header fields
   std::chrono::milliseconds head_time{10000};  ///< for all of them, with the handshake
   std::chrono::milliseconds patience{10000};   ///< silence, or an answer that nobody takes
@@ -43,6 +47,9 @@ class HttpDoor : public httplib::Server {
   void accept_all();
   void admit(actors::Socket socket);
   void serve(int socket);
+  void end_revoked();
+  bool made_room();
+  void has_asked(int socket);
 
   actors::Socket listening_;
   std::shared_ptr<const actors::TlsContext> tls_;
@@ -51,7 +58,14 @@ class HttpDoor : public httplib::Server {
   std::thread acceptor_;
   std::mutex mutex_;
   std::condition_variable all_left_;
-  std::set<int> inside_;  ///< sockets that threads serve
+  std::set<int> inside_;                      ///< sockets that threads serve
+  std::map<int, const DeskStream*> secured_;  ///< those of them with a certificate behind
+  std::uint64_t revocations_seen_ = 0;        ///< by the acceptor
+  struct Silent {
+    int socket = -1;
+    std::chrono::steady_clock::time_point since;
+  };
+  std::deque<Silent> silent_;  ///< have asked nothing yet, oldest first
   bool closing_ = false;
 };
 

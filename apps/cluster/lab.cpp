@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "actors/link/digest.hpp"
@@ -29,7 +31,7 @@ using actors::JobView;
 using actors::LabView;
 using actors::NodeView;
 
-constexpr auto view_lives = 200ms, sample_every = 900ms;
+constexpr std::chrono::milliseconds view_lives = 200ms, picture_lives = 60s;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
 constexpr std::uint32_t most_pixels = 1u << 28;
 
@@ -78,6 +80,34 @@ double progress_of(const JobView& job) {
   return (both ? 0.5 : 0) + half * columns;
 }
 
+struct Rates {
+  double busy_share = 0, shots_per_s = 0, rays_per_s = 0;
+};
+
+/// Of a node's actors, in their order: how far their counts have come between its last two reports.
+std::vector<Rates> rates_of(const NodeView& node) {
+  const double seconds = 1e-9 * static_cast<double>(node.report.at_ns - std::min(node.report.at_ns, node.before.at_ns));
+  std::map<std::pair<JobId, std::string>, const actors::ActorLoad*> before;
+  for (const actors::ActorLoad& load : node.before.actors) before[{load.job, load.name}] = &load;
+  std::vector<Rates> all;
+  for (const actors::ActorLoad& now : node.report.actors) {
+    Rates& rates = all.emplace_back();
+    const auto found = before.find({now.job, now.name});
+    // A name that counts from zero again is another actor: of a later epoch.
+    if (!(seconds > 0) || found == before.end() || now.busy_ns < found->second->busy_ns) continue;
+    const auto rate = [seconds](std::uint64_t from, std::uint64_t to) {
+      return static_cast<double>(to - std::min(from, to)) / seconds;
+    };
+    rates = {1e-9 * rate(found->second->busy_ns, now.busy_ns), rate(found->second->shots, now.shots),
+             rate(found->second->rays, now.rays)};
+  }
+  return all;
+}
+
+double ratio(std::uint64_t part, std::uint64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
 nlohmann::json document(const JobView& job, const std::vector<NodeView>& nodes) {
   nlohmann::json names = nlohmann::json::array();
   for (const NodeView& node : nodes)
@@ -104,6 +134,8 @@ nlohmann::json document(const JobView& job, const std::vector<NodeView>& nodes) 
             {"residual", job.energy.residual()}}},
           {"messages", job.counters.messages},
           {"bytes_sent", job.counters.bytes_sent},
+          {"bytes_per_shot", ratio(job.counters.bytes_sent, job.counters.shots)},
+          {"bytes_per_message", ratio(job.counters.bytes_sent, job.counters.messages)},
           {"reason", job.job.reason},
           {"nodes", names},
           {"cells", std::uint64_t{grid[0]} * grid[1] * grid[2]},
@@ -221,6 +253,11 @@ Expected<std::unique_ptr<Lab>> Lab::open(LabOptions options) {
     std::strftime(stamp, sizeof stamp, "%FT%TZ ", &utc);
     std::ofstream(raw->log_path(job), std::ios::app) << stamp << line << '\n';
   };
+  lead.forgotten = [raw = lab.get()](JobId job) {
+    std::error_code ignored;
+    std::filesystem::remove(raw->log_path(job), ignored);
+    std::filesystem::remove(raw->png_path(job), ignored);
+  };
   Expected<std::unique_ptr<actors::Lead>> started = actors::Lead::start(lead);
   if (!started) return started.error();
   lab->lead_ = std::move(*started);
@@ -230,6 +267,10 @@ Expected<std::unique_ptr<Lab>> Lab::open(LabOptions options) {
 std::string Lab::scene_path(const std::string& hash) const { return options_.lead.folder + "/scenes/" + hash; }
 std::string Lab::log_path(JobId job) const { return options_.lead.folder + "/logs/" + std::to_string(job.value); }
 
+std::string Lab::png_path(JobId job) const {
+  return options_.lead.folder + "/results/" + std::to_string(job.value) + ".png";
+}
+
 LabView Lab::view() {
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
@@ -237,33 +278,7 @@ LabView Lab::view() {
     view_ = lead_->view();
     viewed_ = now;
   }
-  if (now - sampled_ > sample_every) sample(view_);
   return view_;
-}
-
-/// Counts become rates between two looks.
-void Lab::sample(const LabView& view) {
-  const auto now = std::chrono::steady_clock::now();
-  const double seconds = std::chrono::duration<double>(now - sampled_).count();
-  sampled_ = now;
-  std::map<ActorKey, Load> loads;
-  for (const NodeView& node : view.nodes)
-    for (const std::string& line : node.report.actors) {
-      std::istringstream in(line);
-      std::string name, job;
-      std::uint64_t arrived = 0;
-      Load load;
-      std::getline(in, name, '\t'), std::getline(in, job, '\t');
-      in >> load.busy_ns >> load.depth >> arrived >> load.steps >> load.shots >> load.rays;
-      const ActorKey key{node.id.value, name + '\t' + job};
-      if (const auto before = loads_.find(key); before != loads_.end() && load.busy_ns >= before->second.busy_ns) {
-        load.busy_share = 1e-9 * static_cast<double>(load.busy_ns - before->second.busy_ns) / seconds;
-        load.shots_per_s = static_cast<double>(load.shots - std::min(load.shots, before->second.shots)) / seconds;
-        load.rays_per_s = static_cast<double>(load.rays - std::min(load.rays, before->second.rays)) / seconds;
-      }
-      loads[key] = load;
-    }
-  loads_ = std::move(loads);
 }
 
 nlohmann::json Lab::nodes() {
@@ -271,11 +286,7 @@ nlohmann::json Lab::nodes() {
   nlohmann::json all = nlohmann::json::array();
   for (const NodeView& node : seen.nodes) {
     double rays_per_s = 0;
-    {
-      const std::lock_guard lock(mutex_);
-      for (const auto& [key, load] : loads_)
-        if (key.first == node.id.value) rays_per_s += load.rays_per_s;
-    }
+    for (const Rates& rates : rates_of(node)) rays_per_s += rates.rays_per_s;
     nlohmann::json jobs = nlohmann::json::array();
     for (const JobId job : node.jobs) jobs.push_back(job.value);
     all.push_back({{"id", node.id.value},
@@ -300,59 +311,63 @@ nlohmann::json Lab::nodes() {
 
 nlohmann::json Lab::actors() {
   const LabView seen = view();
-  const std::lock_guard lock(mutex_);
   nlohmann::json all = nlohmann::json::array();
-  for (const auto& [key, load] : loads_) {
-    const auto node =
-        std::find_if(seen.nodes.begin(), seen.nodes.end(), [&](const NodeView& n) { return n.id.value == key.first; });
-    if (node == seen.nodes.end()) continue;
-    const std::string name = key.second.substr(0, key.second.find('\t'));
-    const std::uint64_t job = std::strtoull(key.second.c_str() + name.size() + 1, nullptr, 10);
-    double unshot_w = 0;
-    for (const JobView& one : seen.jobs)
-      if (one.id.value == job)
-        for (const CellReport& report : one.cells)
-          if (name == "cell " + std::to_string(report.cell.value)) unshot_w = sum_channels(report.unshot_w);
-    all.push_back({{"node", node->node.facts.name},
-                   {"actor", name},
-                   {"kind", name.substr(0, name.find(' '))},
-                   {"job", job},
-                   {"busy_share", std::clamp(load.busy_share, 0.0, 1.0)},
-                   {"mailbox", load.depth},
-                   {"shots_per_s", load.shots_per_s},
-                   {"rays_per_s", load.rays_per_s},
-                   {"unshot_w", unshot_w},
-                   {"bytes_in", 0},
-                   {"bytes_out", 0},
-                   {"memory_bytes", 0},
-                   {"state", load.busy_share > 0.01 ? "busy" : "idle"}});
+  for (const NodeView& node : seen.nodes) {
+    const std::vector<Rates> rates = rates_of(node);
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      const actors::ActorLoad& now = node.report.actors[i];
+      all.push_back({{"node", node.node.facts.name},
+                     {"actor", now.name},
+                     {"kind", now.name.substr(0, now.name.find(' '))},
+                     {"job", now.job.value},
+                     {"busy_share", std::clamp(rates[i].busy_share, 0.0, 1.0)},
+                     {"mailbox", now.mailbox},
+                     {"shots_per_s", rates[i].shots_per_s},
+                     {"rays_per_s", rates[i].rays_per_s},
+                     {"unshot_w", now.unshot_w},
+                     {"bytes_in", now.bytes_in},
+                     {"bytes_out", now.bytes_out},
+                     {"memory_bytes", now.memory_bytes},
+                     {"state", now.state}});
+    }
   }
   return all;
 }
 
-nlohmann::json Lab::jobs() {
+nlohmann::json Lab::jobs(std::size_t most_ended) {
   const LabView seen = view();
+  std::vector<const JobView*> ended;
+  for (const JobView& job : seen.jobs)
+    if (has_ended(job.job.state)) ended.push_back(&job);
+  const auto later = [](const JobView* a, const JobView* b) { return a->ended_s > b->ended_s; };
+  if (ended.size() > most_ended)
+    std::nth_element(ended.begin(), ended.begin() + static_cast<std::ptrdiff_t>(most_ended), ended.end(), later);
+  ended.resize(std::min(ended.size(), most_ended));
+  const std::set<const JobView*> shown(ended.begin(), ended.end());
   nlohmann::json all = nlohmann::json::array();
-  for (const JobView& job : seen.jobs) all.push_back(document(job, seen.nodes));
+  for (const JobView& job : seen.jobs)
+    if (!has_ended(job.job.state) || shown.contains(&job)) all.push_back(document(job, seen.nodes));
   return all;
 }
 
 Expected<JobView> Lab::job_view(std::uint64_t id) {
-  for (JobView& job : lead_->view().jobs)
-    if (job.id.value == id) return std::move(job);
-  return no_job(id);
+  LabView now = lead_->view(JobId{id});
+  if (now.jobs.empty()) return no_job(id);
+  return std::move(now.jobs.front());
 }
 
 Expected<nlohmann::json> Lab::job(std::uint64_t id) {
-  const LabView now = lead_->view();
-  for (const JobView& job : now.jobs)
-    if (job.id.value == id) return document(job, now.nodes);
-  return no_job(id);
+  const LabView now = lead_->view(JobId{id});
+  if (now.jobs.empty()) return no_job(id);
+  return document(now.jobs.front(), now.nodes);
 }
 
 bool Lab::has_scene(const std::string& hash) {
   std::error_code error;
-  return actors::is_sha256(hash) && std::filesystem::is_regular_file(scene_path(hash), error);
+  if (!actors::is_sha256(hash) || !std::filesystem::is_regular_file(scene_path(hash), error)) return false;
+  std::filesystem::last_write_time(scene_path(hash), std::filesystem::file_time_type::clock::now(),
+                                   error);  // used just now
+  return true;
 }
 
 Expected<std::string> Lab::add_scene(const std::string& bytes) {
@@ -368,7 +383,13 @@ Expected<std::string> Lab::add_scene(const std::string& bytes) {
   std::error_code error;
   std::filesystem::rename(partial, path, error);
   if (error) return Error{ErrorCode::io, path, "can not be written"};
+  trim_scenes(hash);
   return hash;
+}
+
+/// A job has all it needs in the blob it begins with: a scene is only kept so that it need not be sent again.
+void Lab::trim_scenes(const std::string& keep) {
+  actors::trim_folder(options_.lead.folder + "/scenes", options_.scene_bytes, keep);
 }
 
 Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& caller) {
@@ -427,20 +448,31 @@ Status Lab::kick(const std::string& node) { return lead_->kick(node); }
 Expected<std::string> Lab::result(std::uint64_t id, const std::string& kind) {
   const Expected<JobView> job = job_view(id);
   if (!job) return job.error();
-  const Error early{ErrorCode::failed, "job " + std::to_string(id), "has no such result yet"};
+  Expected<std::string> bytes = result_of(*job, kind);
+  if (bytes && has_ended(job->job.state)) lead_->fetched(job->id);
+  return bytes;
+}
+
+Expected<std::string> Lab::result_of(const JobView& job, const std::string& kind) {
+  const std::string number = std::to_string(job.id.value);
+  const Error early{ErrorCode::failed, "job " + number, "has no such result yet"};
   if (kind == "solution.lht") {
     const std::optional<std::string> path =
-        job->counters.shots > 0 || job->job.state == JobState::done ? lead_->blobs().find(job->solution) : std::nullopt;
+        job.counters.shots > 0 || job.job.state == JobState::done ? lead_->blobs().find(job.solution) : std::nullopt;
     return path ? contents_of(*path) : Expected<std::string>(early);
   }
-  const std::string path = options_.lead.folder + "/results/" + std::to_string(id) + ".exr";
+  const std::string path = options_.lead.folder + "/results/" + number + ".exr";
   std::error_code error;
-  if (job->job.state != JobState::done || !std::filesystem::exists(path, error)) return early;
+  if (job.job.state != JobState::done || !std::filesystem::exists(path, error)) return early;
   if (kind == "image.exr") return contents_of(path);
   if (kind != "image.png") return Error{ErrorCode::bad_input, kind, "is no kind of result"};
+  // Encoded once, whoever asks how often.
+  const std::string encoded = png_path(job.id);
+  if (std::filesystem::exists(encoded, error)) return contents_of(encoded);
   const Expected<io::Image> image = io::read_image(path);
   if (!image) return image.error();
-  return png_of(*image, options_.lead.folder);
+  if (Status written = io::write_image(encoded, image->view()); !written) return written.error();
+  return contents_of(encoded);
 }
 
 Expected<std::string> Lab::log(std::uint64_t id) {
@@ -488,13 +520,23 @@ std::string Lab::metrics() {
   return out.str();
 }
 
+/// All who watch see the same picture. It is encoded no oftener than costs a hundredth of a core.
 Expected<std::string> Lab::picture_so_far(std::uint64_t id) {
   const Expected<JobView> job = job_view(id);
   if (!job) return job.error();
-  if (job->job.state == JobState::done) return result(id, "image.png");
+  if (job->job.state == JobState::done) return result_of(*job, "image.png");
+  const std::lock_guard lock(pictures_mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  std::erase_if(pictures_, [&](const auto& kept) { return now - kept.second.made > picture_lives; });
+  const auto found = pictures_.find(job->id);
+  if (found != pictures_.end() && now < found->second.next) return found->second.png;
   Expected<Image> image = lead_->picture(JobId{id});
   if (!image) return image.error();
-  return png_of(rows_of(*image), options_.lead.folder);
+  Expected<std::string> png = png_of(rows_of(*image), options_.lead.folder);
+  if (!png) return png.error();
+  const auto made = std::chrono::steady_clock::now();
+  pictures_[job->id] = {*png, made, made + 100 * (made - now)};
+  return png;
 }
 
 }  // namespace lichthof::apps

@@ -13,8 +13,9 @@
 namespace lichthof::apps {
 
 struct LabOptions {
-  actors::LeadOptions lead;  ///< its files and logs are set by open()
-  unsigned threads = 1;      ///< for meshing what is submitted
+  actors::LeadOptions lead;                 ///< its files and logs are set by open()
+  unsigned threads = 1;                     ///< for meshing what is submitted
+  std::uint64_t scene_bytes = 16ull << 30;  ///< of scenes handed in; those used longest ago go
 };
 
 class Lab final : public LabService {
@@ -26,7 +27,7 @@ class Lab final : public LabService {
 
   nlohmann::json nodes() override;
   nlohmann::json actors() override;
-  nlohmann::json jobs() override;
+  nlohmann::json jobs(std::size_t most_ended = SIZE_MAX) override;
   Expected<nlohmann::json> job(std::uint64_t id) override;
   bool has_scene(const std::string& hash) override;
   Expected<std::string> add_scene(const std::string& bytes) override;
@@ -45,25 +46,26 @@ class Lab final : public LabService {
   explicit Lab(LabOptions options) : options_(std::move(options)) {}
   /// A view that is at most so fresh as a screen needs.
   actors::LabView view();
-  void sample(const actors::LabView& view);
   Expected<actors::JobView> job_view(std::uint64_t id);
+  Expected<std::string> result_of(const actors::JobView& job, const std::string& kind);
+  void trim_scenes(const std::string& keep);
   std::string scene_path(const std::string& hash) const;
   std::string log_path(JobId job) const;
+  std::string png_path(JobId job) const;
 
   LabOptions options_;
   std::unique_ptr<actors::Lead> lead_;
 
-  /// Counters of an actor at the last look, and what has become of them.
-  struct Load {
-    std::uint64_t busy_ns = 0, steps = 0, shots = 0, rays = 0;
-    double busy_share = 0, shots_per_s = 0, rays_per_s = 0;
-    std::uint64_t depth = 0;
-  };
-  using ActorKey = std::pair<std::uint32_t, std::string>;  ///< node, name with job
   std::mutex mutex_;
   actors::LabView view_;
-  std::chrono::steady_clock::time_point viewed_, sampled_;
-  std::map<ActorKey, Load> loads_;
+  std::chrono::steady_clock::time_point viewed_;
+
+  struct Picture {
+    std::string png;
+    std::chrono::steady_clock::time_point made, next;  ///< not made anew before `next`
+  };
+  std::mutex pictures_mutex_;
+  std::map<JobId, Picture> pictures_;  ///< of jobs under way
 };
 
 }  // namespace lichthof::apps

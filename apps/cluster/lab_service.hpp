@@ -28,11 +28,13 @@ class LabService {
   /// Array: id name host state(idle|busy|draining|lost) cores rays_per_s memory_bytes free_memory_bytes busy_share(0..1)
   /// bytes_in bytes_out jobs[] seen_s
   virtual nlohmann::json nodes() = 0;
-  /// Array: node actor kind job busy_share mailbox shots_per_s rays_per_s unshot_w bytes_in bytes_out memory_bytes state
+  /// Array: node actor kind job busy_share mailbox shots_per_s rays_per_s unshot_w bytes_in bytes_out memory_bytes state.
+  /// Rates are of the last second; bytes of frames to and from other processes, since the actor began
   virtual nlohmann::json actors() = 0;
   /// Array: id title state(queued|running|done|failed|cancelled, or finer words of running) pass progress(0..1) seconds
   /// shots rays unshot_w energy reason owner nodes[] cells columns_done columns
-  virtual nlohmann::json jobs() = 0;
+  /// @param most_ended  of those that are over, the latest so many
+  virtual nlohmann::json jobs(std::size_t most_ended = SIZE_MAX) = 0;
   virtual Expected<nlohmann::json> job(std::uint64_t id) = 0;
 
   /// @param hash  actors::sha256_of(bytes)

@@ -116,13 +116,14 @@ Lines node_lines(const nlohmann::json& nodes) {
 }
 
 Lines actor_lines(const nlohmann::json& actors) {
-  std::vector<std::vector<std::string>> rows{
-      {"NODE", "ACTOR", "KIND", ">JOB", "STATE", ">BUSY", ">MAILBOX", ">SHOTS/S", ">RAYS/S", ">UNSHOT W", ">MEMORY"}};
+  std::vector<std::vector<std::string>> rows{{"NODE", "ACTOR", "KIND", ">JOB", "STATE", ">BUSY", ">MAILBOX", ">SHOTS/S",
+                                              ">RAYS/S", ">UNSHOT W", ">IN", ">OUT", ">MEMORY"}};
   for (const nlohmann::json& actor : actors)
     rows.push_back({text_at(actor, "node"), text_at(actor, "actor"), text_at(actor, "kind"), text_at(actor, "job"),
                     text_at(actor, "state"), percent(number_at(actor, "busy_share")),
                     short_number(number_at(actor, "mailbox")), short_number(number_at(actor, "shots_per_s")),
                     short_number(number_at(actor, "rays_per_s")), shown("%.3g", number_at(actor, "unshot_w")),
+                    bytes_text(number_at(actor, "bytes_in")), bytes_text(number_at(actor, "bytes_out")),
                     bytes_text(number_at(actor, "memory_bytes"))});
   return rows_or(rows, "no actor is at work");
 }

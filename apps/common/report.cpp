@@ -45,9 +45,15 @@ nlohmann::json energy_json(const RunRecord& record) {
           {"residual", energy.residual()}};
 }
 
+double per(std::uint64_t bytes, std::uint64_t count) {
+  return count > 0 ? static_cast<double>(bytes) / static_cast<double>(count) : 0;
+}
+
 nlohmann::json counters_json(const SolveCounters& counters) {
   return {{"form_factors", counters.form_factors},       {"rays_saved", counters.rays_saved},
           {"messages", counters.messages},
+          {"bytes_per_shot", per(counters.bytes_sent, counters.shots)},
+          {"bytes_per_message", per(counters.bytes_sent, counters.messages)},
           {"bitmap_bytes", counters.bitmap_bytes},       {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
           {"cells_skipped", counters.cells_skipped},     {"clusters_tested", counters.clusters_tested},
           {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut}};
@@ -94,7 +100,11 @@ std::vector<std::string> summary(const RunRecord& record, const std::string& don
         grouped(record.elements) + " elements in " + grouped(record.patches) + " patches, " +
         grouped(cell_count(record)) + (cell_count(record) == 1 ? " cell, " : " cells, ") +
         grouped(record.counters.shots) + " shots, " + grouped(record.counters.rays + record.traced_rays) + " rays" +
-        (record.counters.bytes_sent > 0 ? ", " + grouped(record.counters.bytes_sent) + " bytes between cells" : ""));
+        (record.counters.bytes_sent > 0
+             ? ", " + grouped(record.counters.bytes_sent) + " bytes between cells" +
+                   shown(" (%.0f per shot,", per(record.counters.bytes_sent, record.counters.shots)) +
+                   shown(" %.0f per message)", per(record.counters.bytes_sent, record.counters.messages))
+             : ""));
     const EnergyLedger& energy = record.energy;
     lines.push_back("energy: " + shown("%.4g W emitted = ", energy.emitted) + percent(energy.absorbed, energy.emitted) +
                     " absorbed + " + percent(energy.escaped, energy.emitted) + " escaped + " +

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/check.hpp"
+#include "core/base/footprint.hpp"
 #include "core/cell/plausible.hpp"
 
 namespace lichthof {
@@ -85,6 +86,17 @@ bool BitmapJoin::is_done(ShotId id) const {
 void BitmapJoin::mark_done(ShotId id) {
   const std::uint64_t bit = id.sequence % page_bits;
   done_[{id.cell, id.sequence / page_bits}][bit / 64] |= 1ull << (bit % 64);
+}
+
+std::size_t ExternalShot::memory_bytes() const {
+  // The copy of a shot is about as large in memory as on the wire.
+  return sizeof(ExternalShot) + pixel_count(bitmap.resolution()) / 8 + (shot ? shot->wire_bytes() : 0);
+}
+
+std::size_t BitmapJoin::memory_bytes() const {
+  std::size_t bytes = done_.size() * (sizeof(decltype(done_)::value_type) + tree_node_bytes);
+  for (const auto& [id, waiting] : waiting_) bytes += sizeof(Waiting) + tree_node_bytes + waiting.joined.memory_bytes();
+  return bytes;
 }
 
 }  // namespace lichthof

@@ -24,6 +24,7 @@ struct ExternalShot {
   bool closed = false;      ///< nothing of it can reach this cell or any behind
   std::uint32_t parts = 0;  ///< messages joined: 1..3
   double power_w = 0;       ///< |power| that leaves with the shot, summed over channels: its rank among shooters
+  std::size_t memory_bytes() const;
 };
 
 class BitmapJoin {
@@ -43,6 +44,7 @@ class BitmapJoin {
   std::size_t waiting_shots() const { return waiting_.size(); }
   /// Parts of shots that still wait for others: received, not processed.
   std::uint64_t waiting_parts() const;
+  std::size_t memory_bytes() const;
 
   struct Waiting {
     ExternalShot joined;

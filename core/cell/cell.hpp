@@ -69,6 +69,8 @@ class Cell {
     std::uint32_t most_joined = 0;  ///< largest number of bitmaps one join combined
   };
   State state() const;
+  /// Light, joins and queues of this cell (bytes). @cost one look at every shot that waits here
+  std::size_t memory_bytes() const { return light_->memory_bytes() + join_.memory_bytes() + queue_.memory_bytes(); }
   const BitmapJoin& join() const { return join_; }
   const CellGrid& grid() const { return *grid_; }
 

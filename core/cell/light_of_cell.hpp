@@ -20,6 +20,7 @@ class LightOfCell {
   virtual void set_emission(std::uint32_t material, const Rgb& radiance) = 0;
   virtual void set_reflectance(std::uint32_t material, const Rgb& reflectance) = 0;
   virtual CellPower power() const = 0;
+  virtual std::size_t memory_bytes() const { return 0; }
 };
 
 /// The real light behind the interface. The machine owns the interface, the caller keeps the light: whoever stores the
@@ -43,6 +44,7 @@ class RealLight final : public LightOfCell {
     light_->set_reflectance(material, reflectance);
   }
   CellPower power() const override { return light_->power(); }
+  std::size_t memory_bytes() const override { return light_->memory_bytes(); }
 
  private:
   std::shared_ptr<CellLight> light_;

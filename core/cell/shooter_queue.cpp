@@ -1,6 +1,7 @@
 #include "core/cell/shooter_queue.hpp"
 
 #include "core/base/check.hpp"
+#include "core/base/footprint.hpp"
 
 namespace lichthof {
 
@@ -55,6 +56,13 @@ std::uint64_t ShooterQueue::parts() const {
   for (const auto& [stamp, shots] : by_version_)
     for (const auto& [rank, shot] : shots) count += shot.parts;
   return count;
+}
+
+std::size_t ShooterQueue::memory_bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [stamp, shots] : by_version_)
+    for (const auto& [rank, shot] : shots) bytes += sizeof(Rank) + tree_node_bytes + shot.memory_bytes();
+  return bytes;
 }
 
 }  // namespace lichthof

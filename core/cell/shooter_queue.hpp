@@ -37,6 +37,7 @@ class ShooterQueue {
   std::size_t size() const;
   /// Messages joined into the shots that wait here.
   std::uint64_t parts() const;
+  std::size_t memory_bytes() const;
 
  private:
   struct Rank {

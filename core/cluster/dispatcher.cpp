@@ -27,6 +27,7 @@ void Dispatcher::node_joined(NodeId node, const NodeFacts& facts, Instant now) {
   joined.facts = facts;
   if (!std::isfinite(facts.rays_per_s) || facts.rays_per_s < 0) joined.facts.rays_per_s = 0;
   joined.heard = now;
+  joined.draining = draining_.contains(facts.name);
   is_changed_ = true;
 }
 
@@ -55,9 +56,22 @@ void Dispatcher::node_left(NodeId node, const std::string& reason, Instant now) 
 Status Dispatcher::drain(NodeId node, bool is_draining, Instant) {
   const auto found = nodes_.find(node);
   if (found == nodes_.end()) return unknown("node", node.value);
-  if (found->second.draining == is_draining) return Done{};
-  found->second.draining = is_draining;
-  found->second.drained = false;
+  return drain(found->second.facts.name, is_draining);
+}
+
+Status Dispatcher::drain(const std::string& name, bool is_draining) {
+  const auto is_named = [&](const auto& node) { return node.second.facts.name == name; };
+  const bool is_here = std::any_of(nodes_.begin(), nodes_.end(), is_named);
+  if (!is_here && (is_draining || !draining_.contains(name)))
+    return Error{ErrorCode::bad_input, "node " + name, "is not known here"};
+  if (draining_.contains(name) == is_draining) return Done{};
+  if (is_draining)
+    draining_.insert(name);
+  else
+    draining_.erase(name);
+  due_.records.push_back(journal::Draining{name, is_draining});
+  for (auto& [id, node] : nodes_)
+    if (node.facts.name == name) node.draining = is_draining, node.drained = false;
   is_changed_ = true;
   return Done{};
 }
@@ -117,6 +131,11 @@ void Dispatcher::expire_leases(Instant now) {
 
 Expected<JobId> Dispatcher::submit(const JobWish& wish, Instant) {
   if (const Status can_be = plausible(wish); !can_be) return can_be.error();
+  const auto waits = [](const auto& job) { return job.second.state == JobState::queued; };
+  if (std::count_if(jobs_.begin(), jobs_.end(), waits) >= std::int64_t{options_.most_waiting_jobs})
+    return Error{ErrorCode::failed, "queue",
+                 "is full: " + std::to_string(options_.most_waiting_jobs) +
+                     " jobs wait; hand it in again when some have ended, or cancel some"};
   const JobId id{++last_job_};
   LabJob& job = jobs_[id];
   job.wish = wish;
@@ -148,6 +167,16 @@ Status Dispatcher::retry(JobId id, Instant) {
   job.unsuited.clear();
   due_.records.push_back(journal::Retried{id});
   is_changed_ = true;
+  return Done{};
+}
+
+Status Dispatcher::forget(JobId id) {
+  const auto found = jobs_.find(id);
+  if (found == jobs_.end()) return unknown("job", id.value);
+  if (!has_ended(found->second.state))
+    return Error{ErrorCode::failed, "job " + std::to_string(id.value), "has not ended"};
+  jobs_.erase(found);
+  due_.records.push_back(journal::Forgotten{id});
   return Done{};
 }
 

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,7 @@ struct DispatcherOptions {
   std::uint32_t most_node_kills = 3;         ///< a job that loses as many nodes fails
   Duration lost_together{3'000'000'000};     ///< nodes lost within as long count once: they were cut off
   std::uint32_t most_running_jobs = 8;
+  std::uint32_t most_waiting_jobs = 1000;  ///< beyond, submissions are refused
   Placement heuristic = Placement::neighbours;
 };
 
@@ -56,18 +58,24 @@ class Dispatcher {
   void node_reported(NodeId node, std::uint64_t free_memory_bytes, Instant now);
   void node_left(NodeId node, const std::string& reason, Instant now);
   /// From now on no new work; what is there moves on, cells at the next checkpoint. NodeDrained says when nothing is left.
+  /// It holds for the node's name: also after a restart of the controller, and when the node joins anew.
   /// @error no such node
   Status drain(NodeId node, bool is_draining, Instant now);
+  /// The same by name, so that a node which is away can be taken back. @error no such node, and none was drained
+  Status drain(const std::string& node, bool is_draining);
   /// Drops the node; its jobs do not count it as a node they killed. @error no such node
   Status kick(NodeId node, Instant now);
 
   // Jobs.
-  /// @error a wish that can not be: a grid without cells or patches for other cells, no pass, too many bytes
+  /// @error bad_input: a wish that can not be: a grid without cells or patches for other cells, no pass, too many bytes;
+  ///        failed: too many jobs wait
   Expected<JobId> submit(const JobWish& wish, Instant now);
   /// @error no such job, or it has ended
   Status cancel(JobId job, Instant now);
   /// A failed or cancelled job goes on from its last checkpoint. @error no such job, or neither of the two
   Status retry(JobId job, Instant now);
+  /// Nothing is known of the job any more. @error no such job, or it has not ended
+  Status forget(JobId job);
 
   // Runs.
   void hosted(NodeId node, JobId job, Epoch epoch, Instant now);
@@ -85,6 +93,8 @@ class Dispatcher {
 
   const std::map<NodeId, LabNode>& nodes() const { return nodes_; }
   const std::map<JobId, LabJob>& jobs() const { return jobs_; }
+  /// Names of nodes that get no new work.
+  const std::set<std::string>& draining() const { return draining_; }
   /// What runs have booked on a node.
   std::uint64_t booked_bytes(NodeId node) const;
   const DispatcherOptions& options() const { return options_; }
@@ -131,6 +141,7 @@ class Dispatcher {
   DispatcherOptions options_;
   std::map<NodeId, LabNode> nodes_;
   std::map<JobId, LabJob> jobs_;
+  std::set<std::string> draining_;  ///< names of nodes
   std::uint64_t last_job_ = 0;
   bool is_changed_ = true;              ///< something happened that a plan may depend on
   std::optional<Instant> promised_at_;  ///< the wake_at given last

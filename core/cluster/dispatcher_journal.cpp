@@ -12,6 +12,17 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
+JobId job_of(const JournalEntry& entry) {
+  return std::visit(
+      [](const auto& e) {
+        if constexpr (requires { e.job; })
+          return e.job;
+        else
+          return JobId{};
+      },
+      entry);
+}
+
 }  // namespace
 
 Expected<Dispatcher> Dispatcher::restored(const DispatcherOptions& options, std::span<const JournalEntry> journal) {
@@ -38,11 +49,25 @@ Status Dispatcher::replay(const JournalEntry& entry) {
     job.pass = job.wish.radiosity ? Pass::radiosity : Pass::picture;
     return Done{};
   }
-  const JobId id = std::visit([](const auto& e) { return e.job; }, entry);
+  if (const auto* numbered = std::get_if<journal::Numbered>(&entry)) {
+    if (numbered->job.value < last_job_) return refused("job numbers do not grow");
+    last_job_ = numbered->job.value;
+    return Done{};
+  }
+  if (const auto* draining = std::get_if<journal::Draining>(&entry)) {
+    if (draining->is_draining)
+      draining_.insert(draining->node);
+    else
+      draining_.erase(draining->node);
+    return Done{};
+  }
+  const JobId id = job_of(entry);
   const auto found = jobs_.find(id);
   if (found == jobs_.end()) return refused("job " + std::to_string(id.value) + " was never submitted");
   LabJob& job = found->second;
-  if (has_ended(job.state) != std::holds_alternative<journal::Retried>(entry))
+  const bool is_for_ended =
+      std::holds_alternative<journal::Retried>(entry) || std::holds_alternative<journal::Forgotten>(entry);
+  if (has_ended(job.state) != is_for_ended)
     return refused("job " + std::to_string(id.value) + (has_ended(job.state) ? " had ended" : " had not ended"));
   return std::visit(Overloaded{[&](const journal::EpochBegun& e) -> Status {
                                  if (e.epoch <= job.epoch) return refused("epochs do not grow");
@@ -74,7 +99,11 @@ Status Dispatcher::replay(const JournalEntry& entry) {
                                  job.lost_nodes.clear();
                                  return Done{};
                                },
-                               [&](const journal::Submitted&) -> Status { return Done{}; }},
+                               [&](const journal::Forgotten&) -> Status {
+                                 jobs_.erase(found);
+                                 return Done{};
+                               },
+                               [&](const auto&) -> Status { return Done{}; }},
                     entry);
 }
 
@@ -88,6 +117,9 @@ std::vector<JournalEntry> Dispatcher::summary() const {
     for (const std::string& name : job.lost_nodes) entries.push_back(journal::NodeLost{id, name});
     if (has_ended(job.state)) entries.push_back(journal::Ended{id, job.state, job.reason});
   }
+  if (jobs_.empty() ? last_job_ > 0 : jobs_.rbegin()->first.value < last_job_)
+    entries.push_back(journal::Numbered{JobId{last_job_}});
+  for (const std::string& node : draining_) entries.push_back(journal::Draining{node, true});
   return entries;
 }
 

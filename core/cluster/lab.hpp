@@ -125,9 +125,23 @@ struct Ended {
 struct Retried {
   JobId job;
 };
+/// It had ended long ago; its number is not given again.
+struct Forgotten {
+  JobId job;
+};
+/// The last number given, where jobs that had it are forgotten.
+struct Numbered {
+  JobId job;
+};
+/// Of a node, by its name: it holds when the node joins anew.
+struct Draining {
+  std::string node;
+  bool is_draining = true;
+};
 }  // namespace journal
 using JournalEntry = std::variant<journal::Submitted, journal::EpochBegun, journal::CheckpointKept, journal::NodeLost,
-                                  journal::PassFinished, journal::Ended, journal::Retried>;
+                                  journal::PassFinished, journal::Ended, journal::Retried, journal::Forgotten,
+                                  journal::Numbered, journal::Draining>;
 
 // ---- What is known ----------------------------------------------------------------------------------------------------
 

@@ -29,7 +29,8 @@ constexpr std::array<Entry, 14> table{{
     {ShellVerb::cancel, "cancel", Takes::job, "ID", "end a job"},
     {ShellVerb::resume, "resume", Takes::job, "ID", "go on with a job that ended early"},
     {ShellVerb::watch, "watch", Takes::job, "ID", "follow a job to its end; Ctrl-C stops watching, not the job"},
-    {ShellVerb::result, "result", Takes::result, "ID -o FILE", "fetch a result: .exr, .png, or the solution as .lht"},
+    {ShellVerb::result, "result", Takes::result, "ID -o FILE",
+     "fetch a result: .exr, .hdr, .png, or the solution as .lht"},
     {ShellVerb::drain, "drain", Takes::node_and_switch, "NODE [off]", "give a node no new work; off: again"},
     {ShellVerb::kick, "kick", Takes::node, "NODE", "part with a node at once; its work goes to others"},
     {ShellVerb::log, "log", Takes::job, "ID", "what happened to a job"},
@@ -247,8 +248,8 @@ Completion completion(std::string_view line, const ShellNames& names) {
   result.files =
       (entry->takes == Takes::result && before == 3) || (entry->takes == Takes::submit && !begun.starts_with('-'));
   if (entry->takes == Takes::submit && before > 1)
-    offer({"--camera", "--cells", "--elements", "--eps", "--method", "--patch", "--samples", "--size", "--title",
-           "--wait", "-o"});
+    offer({"--camera", "--cells", "--elements", "--eps", "--exposure", "--gather", "--method", "--patch", "--samples",
+           "--size", "--solution", "--title", "--wait", "-o"});
   return result;
 }
 

@@ -284,10 +284,12 @@ void CellLight::load(const Solution& solution) {
 }
 
 std::size_t CellLight::memory_bytes() const {
-  const ReceiverTree& t = impl_->tree;
-  return t.clusters.size() * (sizeof(Cluster) + sizeof(ClusterLight)) + t.patches.size() * (sizeof(PatchLight) + sizeof(PatchPlace)) +
-         t.nodes.size() * sizeof(ReceiverNode) + impl_->surfaces.size() * (sizeof(Surface) + 4 * sizeof(Vec3)) +
-         impl_->answers.bytes();
+  const Impl& i = *impl_;
+  std::size_t bytes = i.tree.memory_bytes() + i.light.memory_bytes() + i.rays.memory_bytes() + i.occluders.memory_bytes() +
+                      bytes_of_all(i.surfaces, i.outlines.outlines());
+  for (const Surface& surface : i.surfaces) bytes += bytes_of(surface.corners);
+  for (const ElementOutlines::Outline& outline : i.outlines.outlines()) bytes += outline.corners.size() * sizeof(Vec3);
+  return bytes + i.answers.bytes();
 }
 
 }  // namespace lichthof

@@ -142,6 +142,7 @@ class CellLight {
   /// @param pending  what the whole scene may still expect: Solution::pending follows from it
   void store(Solution& solution, const ExpectedLight& pending) const;
   void load(const Solution& solution);
+  /// Elements, trees and ray scene of this cell alone; not the scene and the mesh, which the cells of a process share (bytes).
   std::size_t memory_bytes() const;
 
  private:

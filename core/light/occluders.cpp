@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/footprint.hpp"
+
 namespace lichthof {
 
 namespace {
@@ -222,6 +224,10 @@ Shaft shaft_between(const FlatBox& shooter, const FlatBox& receivers, float offs
         side.d = std::max(side.a * a[high_i][i] + side.b * a[high_j][j], side.a * b[high_i][i] + side.b * b[high_j][j]);
       }
   return shaft;
+}
+
+std::size_t Occluders::memory_bytes() const {
+  return bytes_of_all(flat_, blocks_, lanes_, parents_) + exact_.size() / 8;
 }
 
 }  // namespace lichthof

@@ -39,6 +39,7 @@ class Occluders {
   std::vector<ShooterSides> sides_of(const FlatShooter& shooter) const;
   /// Those that may block a segment in the shaft. @param sides  of the shooter
   OccluderSelection in_shaft(const Shaft& shaft, std::span<const ShooterSides> sides, std::size_t most) const;
+  std::size_t memory_bytes() const;
 
  private:
   void add_blocks(std::span<std::uint32_t> surfaces, const std::vector<FlatBox>& boxes);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/check.hpp"
+#include "core/base/footprint.hpp"
 
 namespace lichthof {
 
@@ -197,6 +198,12 @@ CellPower Radiosity::power() const {
     power.area += p.area;
   }
   return power;
+}
+
+std::size_t Radiosity::memory_bytes() const {
+  std::size_t bytes = bytes_of_all(clusters, patches, local_group_of_);
+  for (int c = 0; c < 3; ++c) bytes += bytes_of_all(unshot_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
+  return bytes;
 }
 
 }  // namespace lichthof

@@ -58,6 +58,7 @@ class Radiosity {
   CellOutlook outlook() const;
   CellPower power() const;
   const std::vector<std::uint32_t>& local_group_of() const { return local_group_of_; }
+  std::size_t memory_bytes() const;
 
  private:
   const Mesh& mesh_;

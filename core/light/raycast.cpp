@@ -3,10 +3,12 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <vector>
 
 #include "core/base/check.hpp"
+#include "core/base/footprint.hpp"
 
 namespace lichthof {
 
@@ -16,9 +18,15 @@ static_assert(sizeof(RTCRay16) == sizeof(Segments16), "Segments16 is passed to t
 
 /// One Embree device for the process: creating one costs milliseconds, and it holds no scene. It must not be told a number
 /// of threads: Embree would limit oneTBB to that number in the whole process, Parallel's arenas included.
+std::atomic<std::ptrdiff_t> device_bytes{0};  // allocated by Embree just now
+
 RTCDevice device() {
   struct Holder {
     RTCDevice handle = rtcNewDevice("set_affinity=0");
+    Holder() {
+      const auto count = [](void*, ssize_t bytes, bool) { return device_bytes += bytes, true; };
+      rtcSetDeviceMemoryMonitorFunction(handle, count, nullptr);
+    }
     ~Holder() { rtcReleaseDevice(handle); }
   };
   static const Holder holder;
@@ -34,6 +42,7 @@ struct RayScene::Impl {
   std::vector<std::uint32_t> surface_of_triangle;
   std::vector<Vec3> normals;
   std::size_t surface_count = 0;
+  std::size_t kernel_bytes = 0;
   ~Impl() {
     if (scene) rtcReleaseScene(scene);
   }
@@ -68,6 +77,7 @@ RayScene::RayScene(const Scene& scene, std::span<const Surface> surfaces, const 
   }
   impl_->offset = std::max(1e-6 * largest, 1e-30);
 
+  const std::ptrdiff_t before = (device(), device_bytes.load());
   impl_->scene = rtcNewScene(device());
   rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_HIGH);
@@ -84,6 +94,7 @@ RayScene::RayScene(const Scene& scene, std::span<const Surface> surfaces, const 
     rtcReleaseGeometry(geometry);
   }
   rtcCommitScene(impl_->scene);
+  impl_->kernel_bytes = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, device_bytes - before));
 }
 
 RayScene::~RayScene() = default;
@@ -93,6 +104,9 @@ RayScene& RayScene::operator=(RayScene&&) noexcept = default;
 const Vec3& RayScene::origin() const { return impl_->origin; }
 double RayScene::offset() const { return impl_->offset; }
 std::size_t RayScene::surface_count() const { return impl_->surface_count; }
+std::size_t RayScene::memory_bytes() const {
+  return impl_->kernel_bytes + bytes_of_all(impl_->surface_of_triangle, impl_->normals);
+}
 
 void clear_segments(Segments16& segments) {
   for (int lane = 0; lane < 16; ++lane) {

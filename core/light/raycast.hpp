@@ -52,6 +52,9 @@ class RayScene {
   /// Distance by which both ends of a segment are lifted off their surfaces (m).
   double offset() const;
   std::size_t surface_count() const;
+  /// What Embree allocated for the hierarchy, and what is kept beside it (bytes). Scenes that are built at the same time share
+  /// what they took together in some way.
+  std::size_t memory_bytes() const;
 
   /// Marks lanes of `active` whose segment meets a surface. @returns bit i set = lane i is blocked.
   /// `segments.tnear` .. must be initialised once by clear_segments(); tfar is overwritten.

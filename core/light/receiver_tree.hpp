@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/footprint.hpp"
 #include "core/light/kernels/kernels.hpp"
 #include "core/scene/mesh.hpp"
 
@@ -58,6 +59,7 @@ struct ReceiverTree {
   std::vector<GroupPlace> groups;
   std::vector<PatchPlace> patches;
   std::vector<std::uint32_t> islands;  ///< roots of disjoint subtrees that together hold every item: the parallel tasks
+  std::size_t memory_bytes() const { return bytes_of_all(clusters, items, nodes, groups, patches, islands); }
 };
 
 /// @param groups  lit groups of the cell

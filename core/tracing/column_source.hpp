@@ -19,6 +19,8 @@ class ColumnSource {
   /// Linear RGB radiance of the columns [first, last), column by column from top to bottom.
   /// @param rays  grows by the number of rays that were traced
   virtual std::vector<Rgbf> columns(const ColumnJob& job, std::uint64_t& rays) const = 0;
+  /// What all workers on this source share (bytes).
+  virtual std::size_t memory_bytes() const { return 0; }
 };
 
 }  // namespace lichthof

@@ -28,6 +28,8 @@ ColumnTracer::ColumnTracer(std::shared_ptr<const LitScene> scene, const PinholeC
   direct_rays_ = options.samples == 1 ? 64 : options.samples <= 6 ? 16 : 4;
 }
 
+std::size_t ColumnTracer::memory_bytes() const { return scene_->memory_bytes(); }
+
 std::vector<Rgbf> ColumnTracer::columns(const ColumnJob& job, std::uint64_t& rays) const {
   MUST(job.first <= job.last && job.last <= camera_.width());
   const std::uint32_t height = camera_.height();

@@ -45,6 +45,7 @@ class ColumnTracer : public ColumnSource {
   std::uint32_t width() const override { return camera_.width(); }
   std::uint32_t height() const override { return camera_.height(); }
   std::vector<Rgbf> columns(const ColumnJob& job, std::uint64_t& rays) const override;
+  std::size_t memory_bytes() const override;
 
   /// Radiance (W/(m² sr)) of one pixel. @cost per sample: one ray + about 16 shadow rays per important luminaire
   Rgb pixel(std::uint32_t column, std::uint32_t row, std::uint64_t& rays) const;

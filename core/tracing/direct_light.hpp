@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/footprint.hpp"
 #include "core/base/random.hpp"
 #include "core/tracing/trace_scene.hpp"
 
@@ -51,6 +52,9 @@ class DirectLight {
   Sample sample(Random& random) const;
   /// The density sample() has on a surface; 0 when it does not emit.
   double density(std::uint32_t surface) const { return density_of_surface_[surface]; }
+  std::size_t memory_bytes() const {
+    return bytes_of_all(luminaires_, parts_, corners_, cumulative_, density_of_surface_);
+  }
 
  private:
   static constexpr int level_count = 4;  ///< 1, 4, 16, 64 parts

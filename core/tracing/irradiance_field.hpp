@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/footprint.hpp"
 #include "core/scene/mesh.hpp"
 #include "core/scene/scene.hpp"
 #include "core/tracing/contact_lines.hpp"
@@ -53,6 +54,11 @@ class FieldGeometry {
   std::vector<std::uint32_t> touching(std::uint32_t element) const;
   Vec2 centre(std::uint32_t element) const { return mesh_->elements[element].centre; }
   Vec2 size_of(std::uint32_t element) const { return grids_[patch_of_[element]].step; }
+  /// Without the mesh.
+  std::size_t memory_bytes() const {
+    return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, patch_of_,
+                        share_);
+  }
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -98,6 +104,7 @@ class IrradianceField {
   /// Value at a point of a surface side (W/m²), ≥ 0; zero where the side has no lit patches. @cost about 150 ns
   Rgb at(SurfaceId surface, bool back, const Vec3& point) const;
   const FieldGeometry& geometry() const { return *geometry_; }
+  std::size_t memory_bytes() const { return bytes_of(nodes_); }
 
  private:
   struct Node {

@@ -58,6 +58,12 @@ Rgb LitScene::reflected_radiosity(const SurfacePoint& at, double distance) const
   return element ? Rgb{reflected_[*element]} : Rgb{0.0};
 }
 
+std::size_t LitScene::memory_bytes() const {
+  std::size_t bytes = trace_->memory_bytes() + direct_->memory_bytes() + bytes_of(reflected_);
+  if (geometry_) bytes += geometry_->memory_bytes() + total_->memory_bytes() + indirect_->memory_bytes();
+  return bytes;
+}
+
 Rgb estimated_ambient(const Scene& scene) {
   Rgb reflecting{0.0}, emitted{0.0};
   double area = 0;

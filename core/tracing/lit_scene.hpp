@@ -38,6 +38,8 @@ class LitScene {
 
   /// Area mean of the indirect irradiance (W/m²): the constant ambient term of plain ray tracing.
   Rgb mean_indirect() const { return mean_indirect_; }
+  /// Without the scene itself and its mesh (bytes).
+  std::size_t memory_bytes() const;
 
  private:
   std::shared_ptr<const TraceScene> trace_;

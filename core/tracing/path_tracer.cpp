@@ -221,6 +221,8 @@ std::vector<Estimate> ReferenceTracer::estimates(const ColumnJob& job, std::uint
   return pixels;
 }
 
+std::size_t ReferenceTracer::memory_bytes() const { return tracer_.scene().memory_bytes(); }
+
 std::vector<Rgbf> ReferenceTracer::columns(const ColumnJob& job, std::uint64_t& rays) const {
   std::vector<Rgbf> pixels;
   pixels.reserve(std::size_t{job.size()} * camera_.height());

@@ -26,6 +26,7 @@ struct Estimate {
 class PathTracer {
  public:
   explicit PathTracer(std::shared_ptr<const LitScene> scene) : scene_(std::move(scene)) {}
+  const LitScene& scene() const { return *scene_; }
 
   /// Radiance (W/(m² sr)) of a pixel, box filter. @param samples ≥ 2 for an error
   Estimate pixel(const PinholeCamera& camera, std::uint32_t column, std::uint32_t row, std::uint32_t samples,
@@ -66,6 +67,7 @@ class ReferenceTracer : public ColumnSource {
   std::uint32_t width() const override { return camera_.width(); }
   std::uint32_t height() const override { return camera_.height(); }
   std::vector<Rgbf> columns(const ColumnJob& job, std::uint64_t& rays) const override;
+  std::size_t memory_bytes() const override;
   /// The same with the standard error of every pixel.
   std::vector<Estimate> estimates(const ColumnJob& job, std::uint64_t& rays) const;
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "core/base/check.hpp"
+#include "core/base/footprint.hpp"
 #include "core/tracing/scattering.hpp"
 
 namespace lichthof {
@@ -99,6 +100,13 @@ double TraceScene::transmittance(const Vec3& from, const Vec3& to, bool solids_b
     if (travelled >= 1.0) return share;
   }
   return 0.0;
+}
+
+std::size_t TraceScene::memory_bytes() const {
+  std::size_t bytes = bytes_of_all(glass_surfaces_, solid_);
+  for (const RayScene* rays : std::initializer_list<const RayScene*>{&rays_, clear_.get(), glass_only_.get()})
+    if (rays) bytes += rays->memory_bytes();
+  return bytes;
 }
 
 }  // namespace lichthof

@@ -50,6 +50,7 @@ class TraceScene {
   /// Share of light that clear glass lets through between two points (1); the direction is not bent, solids count each of
   /// their faces. @param solids_block  true: solid glass counts as opaque @returns 1 without glass
   double transmittance(const Vec3& from, const Vec3& to, bool solids_block = false) const;
+  std::size_t memory_bytes() const;
 
  private:
   void find_solids();

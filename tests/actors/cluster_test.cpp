@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <thread>
 
 #include "actors/cluster/lead.hpp"
@@ -80,6 +81,7 @@ class Lab {
     options.port = port;
     options.folder = folder_ / "lead";
     options.dispatcher.checkpoint_every = checkpoint_every_;
+    options.retention = retention;
     options.read_solution = io::read_solution;
     options.write_solution = io::write_solution;
     options.write_picture = [](const std::string& path, const Image& image) {
@@ -155,9 +157,15 @@ class Lab {
     REQUIRE(solution);
     return std::move(*solution);
   }
+  std::size_t files(const std::string& name) const {
+    std::size_t count = 0;
+    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_ / ("lead/" + name))) ++count;
+    return count;
+  }
   std::string result(JobId id) const { return folder_ / ("lead/results/" + std::to_string(id.value) + ".exr"); }
 
   std::unique_ptr<Lead> lead;
+  RetentionOptions retention;  ///< of the next lead
 
  private:
   struct Node {
@@ -239,5 +247,62 @@ TEST_SUITE("cluster") {
     REQUIRE(lab.until_over(*id));
     INFO(lab.job(*id).job.reason);
     CHECK(lab.job(*id).job.state == JobState::done);
+  }
+
+  TEST_CASE("cluster: a node that was drained stays so through a restart of the controller, until it is taken back") {
+    Lab lab;
+    lab.start("anna");
+    const auto is_there = [&](bool is_draining) {
+      const LabView view = lab.lead->view();
+      return view.nodes.size() == 1 && view.nodes[0].node.draining == is_draining;
+    };
+    REQUIRE(lab.until([&] { return is_there(false); }));
+    REQUIRE(lab.lead->drain("anna", true));
+    const std::uint16_t port = lab.lead->port();
+    lab.lead.reset();
+    lab.start_lead(port);
+    CHECK(lab.until([&] { return is_there(true); }));
+    lab.stop("anna");
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.empty(); }));
+    CHECK(!lab.lead->drain("bert", false));
+    CHECK(lab.lead->drain("anna", false));
+    lab.start("anna");
+    CHECK(lab.until([&] { return is_there(false); }));
+  }
+
+  TEST_CASE("cluster: jobs that were fetched are forgotten with all they left, others stay and fill the lab") {
+    Lab lab;
+    lab.retention.most_jobs = 2;
+    lab.lead.reset();
+    lab.start_lead();
+    lab.start("anna");
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.size() == 1; }));
+    const auto done = [&](double patch_size) {
+      const Expected<JobId> id = lab.lead->submit(lab.order(unlit({1, 1, 1}, patch_size)));
+      REQUIRE(id);
+      REQUIRE(lab.until_over(*id));
+      REQUIRE(lab.job(*id).job.state == JobState::done);
+      return *id;
+    };
+    const JobId first = done(0.5), second = done(0.6), third = done(0.7);
+    const auto refused = lab.lead->submit(lab.order(unlit({1, 1, 1}, 0.8)));
+    REQUIRE(!refused);
+    CHECK(refused.error().text().find("nobody has fetched") != std::string::npos);
+    CHECK(lab.files("blobs") == 6);  // what each began with, and its light: nothing of the refused one
+    lab.lead->fetched(second);
+    // Also by a controller that has been started anew.
+    const std::uint16_t port = lab.lead->port();
+    lab.lead.reset();
+    lab.start_lead(port);
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.size() == 1; }));
+    const JobId fourth = done(0.5);
+    std::vector<JobId> known;
+    for (const JobView& job : lab.lead->view().jobs) known.push_back(job.id);
+    CHECK(known == std::vector<JobId>{first, third, fourth});
+    CHECK(fourth == JobId{4});
+    CHECK(!std::filesystem::exists(lab.result(second)));
+    CHECK(lab.files("results") == 3);
+    CHECK(lab.files("blobs") <= 6);  // the first and the fourth began with the same
+    CHECK(!lab.lead->picture(second));
   }
 }

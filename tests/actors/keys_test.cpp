@@ -66,6 +66,35 @@ TEST_SUITE("actors") {
     CHECK_FALSE(std::filesystem::exists(lab.file("lone.crt"), none));
   }
 
+  TEST_CASE("keys: what is revoked says so, opens nothing, and makes room for a successor") {
+    const Lab lab, foreign;
+    REQUIRE(issue_certificate(lab.keys, {"node2", Role::node}));
+    const auto facts_of = [&](const std::string& name) { return certificate_facts(lab.file(name + ".crt"))->front(); };
+    const std::string before = facts_of("node1").fingerprint;
+    REQUIRE(revoke_certificate(lab.keys, "node1"));
+    CHECK(mode_of(lab.file("ca.crl")) == 0644);
+    CHECK(facts_of("node1").problem == "revoked");
+    CHECK(facts_of("node2").problem.empty());
+    check_error(TlsContext::load(lab.files("node1")), lab.file("node1.crt"), "has been revoked");
+    CHECK(TlsContext::load(lab.files("node2")));
+    check_error(revoke_certificate(lab.keys, "node1"), lab.file("node1.crt"), "revoked already");
+    REQUIRE(issue_certificate(lab.keys, {"node1", Role::node}));
+    CHECK(facts_of("node1").fingerprint != before);
+    CHECK(facts_of("node1").problem.empty());
+    CHECK(TlsContext::load(lab.files("node1")));
+    // The list keeps what was in it.
+    REQUIRE(revoke_certificate(lab.keys, "node2"));
+    REQUIRE(revoke_certificate(lab.keys, "node1"));
+    CHECK(facts_of("node1").problem == "revoked");
+    CHECK(facts_of("node2").problem == "revoked");
+
+    check_error(revoke_certificate(lab.keys, "nobody"), lab.file("nobody.crt"), "No such file");
+    check_error(revoke_certificate(lab.keys, "ca"), "ca", "no name of a certificate");
+    check_error(revoke_certificate(lab.folder / "none", "node1"), lab.folder / "none/ca.crt", "keys init");
+    std::filesystem::copy_file(foreign.file("node1.crt"), lab.file("node3.crt"));
+    check_error(revoke_certificate(lab.keys, "node3"), lab.file("node3.crt"), "no certificate of the authority");
+  }
+
   TEST_CASE("keys: what can not be done is one clear line") {
     const Lab lab;
     check_error(issue_certificate(lab.keys, {"../evil", Role::node}), "../evil", "a name has");

@@ -193,6 +193,59 @@ TEST_SUITE("actors") {
     CHECK(a.until([&] { return a.frames.size() == 1; }));
   }
 
+  TEST_CASE("link over TLS: who is revoked is parted with at once, and let in no more") {
+    Lab lab;
+    Process a(lab.options("a", Role::controller)), b(lab.options("b")), c(lab.options("c"));
+    const std::uint16_t port = a.listen();
+    b.connect(port), c.connect(port);
+    REQUIRE(a.until([&] { return a.ups.size() == 2; }));
+    const auto before = std::chrono::steady_clock::now();
+    REQUIRE(revoke_certificate(lab.keys, "b"));
+    REQUIRE(a.until([&] { return !a.downs.empty(); }));
+    CHECK(std::chrono::steady_clock::now() - before < 10s);  // a tick is 0.1 s
+    contains(a.downs[0].reason, "its certificate has been revoked");
+    REQUIRE(b.until([&] { return !b.downs.empty(); }));
+    contains(b.downs[0].reason, "revoked");
+    b.ups.clear();
+    contains(b.refusal(port), "revoked");
+    contains(a.link.monitor().last_refusal(), "certificate revoked");
+    contains(answer_to(port, lab.keys + "/b"), "revoked");
+    // Whoever is not in the list stays, and another certificate of the same name opens again.
+    CHECK(a.downs.size() == 1);
+    c.link.send_control(c.peer(), bytes_of(9));
+    CHECK(a.until([&] { return a.frames.size() == 1; }));
+    Process successor(lab.options("b"));
+    successor.connect(port);
+  }
+
+  TEST_CASE("link over TLS: a dialler also asks whether the other end is revoked") {
+    Lab lab;
+    Process a(lab.options("a", Role::controller)), b(lab.options("b"));
+    const std::uint16_t port = a.listen();
+    REQUIRE(revoke_certificate(lab.keys, "a"));
+    contains(b.refusal(port), "certificate revoked");
+  }
+
+  TEST_CASE("link over TLS: a damaged list, a foreign one, and a list that is gone free nobody") {
+    Lab lab, other_lab;
+    Process a(lab.options("a", Role::controller)), b(lab.options("b"));
+    const std::uint16_t port = a.listen();
+    REQUIRE(revoke_certificate(lab.keys, "b"));
+    contains(b.refusal(port), "revoked");
+    other_lab.issue("x", Role::node);
+    REQUIRE(revoke_certificate(other_lab.keys, "x"));
+    const std::string list = lab.keys + "/ca.crl";
+    for (const std::string& text : {std::string("nonsense"), other_lab.folder.read("keys/ca.crl"), std::string()}) {
+      lab.folder.write("keys/ca.crl", text);
+      contains(b.refusal(port), "revoked");
+    }
+    test::check_error(TlsContext::load(*lab.options("c").tls), list, "no list of revoked certificates");
+    std::filesystem::remove(list);
+    contains(b.refusal(port), "revoked");
+    Process good(lab.options("good"));
+    good.connect(port);
+  }
+
   TEST_CASE("link over TLS: a frozen peer with bytes under way holds up neither the others nor the end") {
     Lab lab;
     LinkOptions options = lab.options("a");

@@ -243,8 +243,9 @@ TEST_SUITE("local run: first pass") {
     actors::SolveRun run = rooms.run({2, 2, 1});
     run.meters = std::make_shared<actors::Meters>();
     const Solution solution = actors::solve(run);
-    std::uint64_t steps = 0;
-    for (const auto& meter : run.meters->all()) steps += meter->steps;
+    std::uint64_t steps = 0, bytes = 0;
+    for (const auto& meter : run.meters->all()) steps += meter->steps, bytes += meter->bytes;
+    CHECK(bytes == solution.counters.bytes_sent);
     CHECK(run.meters->all().size() == 5);
     CHECK(steps >= solution.counters.shots + solution.counters.messages / 3);
   }

@@ -40,7 +40,7 @@ class ToyLab final : public apps::LabService {
     all[0]["actor"] = "cell 0" + std::string(padding, '.');
     return all;
   }
-  nlohmann::json jobs() override {
+  nlohmann::json jobs(std::size_t = SIZE_MAX) override {
     const std::lock_guard lock(mutex_);
     nlohmann::json all = nlohmann::json::array();
     for (const auto& [id, job] : jobs_) all.push_back(job);

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <sys/socket.h>
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -309,6 +310,22 @@ TEST_SUITE("desk") {
     CHECK(house.asked("POST", "/v1/scenes", "xx", octets).status == 201);
   }
 
+  TEST_CASE("desk: whoever is inside and silent makes room for others") {
+    DeskOptions options;
+    options.door.connections = 4;
+    options.door.idle_time = 200ms;
+    House house(options);
+    std::vector<std::unique_ptr<Visitor>> guests;
+    for (int i = 0; i < 4; ++i) guests.push_back(std::make_unique<Visitor>(house.desk->port()));
+    Reply reply;
+    for (int i = 0; i < 100 && reply.status != 200; ++i) {
+      std::this_thread::sleep_for(50ms);
+      reply = house.asked("GET", "/v1/nodes");
+    }
+    CHECK(reply.status == 200);
+    CHECK(guests[0]->hear().empty());  // the oldest had to go
+  }
+
   TEST_CASE("desk: events come each period, a stalled viewer is dropped, others see the latest state") {
     DeskOptions options;
     options.event_streams = 2;
@@ -452,6 +469,30 @@ TEST_SUITE("desk") {
     REQUIRE(impostor);
     const DeskClient client({"127.0.0.1", (*impostor)->port(), house.context("anna", actors::Role::user)});
     CHECK(fails(client.get("/v1/nodes"), "this is node lab7, no controller"));
+  }
+
+  TEST_CASE("desk over TLS: who is revoked sees no more, not even what he was watching") {
+    SecureHouse house;
+    const DeskClient viewer = house.client(house.context("guest", actors::Role::viewer));
+    const DeskClient user = house.client(house.context("anna", actors::Role::user));
+    std::atomic<int> events{0};
+    std::atomic<bool> ended{false};
+    std::thread watching([&] {
+      (void)viewer.download("/v1/events", [&](std::string_view) { return ++events, true; });
+      ended = true;
+    });
+    const auto until = [](auto condition) {
+      for (int i = 0; i < 1000 && !condition(); ++i) std::this_thread::sleep_for(20ms);
+      return condition();
+    };
+    CHECK(until([&] { return events > 0; }));
+    REQUIRE(actors::revoke_certificate(house.keys, "guest"));
+    CHECK(until([&] { return ended.load(); }));
+    if (!ended) house.desk.reset();
+    watching.join();
+    REQUIRE(house.desk);
+    CHECK(fails(viewer.get("/v1/nodes"), "revoked"));
+    CHECK(user.get("/v1/nodes"));
   }
 
   TEST_CASE("digest: SHA-256 of \"abc\" as the standard gives it") {

@@ -35,6 +35,20 @@ TEST_SUITE("shooter_queue") {
     CHECK(queue.next(5, 5, now) == NextShooter::external);
   }
 
+  TEST_CASE("shooter_queue: what waits is counted with its bitmap") {
+    ShooterQueue queue(100);
+    CHECK(queue.memory_bytes() == 0);
+    ExternalShot shot = external(0, 1);
+    shot.bitmap = HemicubeBitmap(128);
+    queue.push(std::move(shot));
+    CHECK(queue.memory_bytes() > pixel_count(128) / 8);
+    CHECK(queue.memory_bytes() < pixel_count(128) / 8 + 2000);
+    queue.push(external(1, 1));  // without a bitmap
+    CHECK(queue.memory_bytes() < pixel_count(128) / 8 + 4000);
+    queue.pop_external(now), queue.pop_external(now);
+    CHECK(queue.memory_bytes() == 0);
+  }
+
   TEST_CASE("shooter_queue: external shots leave by power, equal ones by number") {
     ShooterQueue queue(100);
     queue.push(external(4, 1));

@@ -533,6 +533,69 @@ TEST_SUITE("dispatcher") {
     }
   }
 
+  TEST_CASE("dispatcher: draining holds for a node's name, through a rejoin and a restart") {
+    RunningLab lab;
+    REQUIRE(lab.dispatcher.drain(NodeId{1}, true, lab.now));
+    lab.step();
+    lab.dispatcher.node_left(NodeId{1}, "rebooted", lab.now);
+    lab.join(3, facts("a"));
+    CHECK(lab.dispatcher.nodes().at(NodeId{3}).draining);
+    lab.step();
+    for (const std::vector<JournalEntry>& journal : {lab.journal, lab.dispatcher.summary()}) {
+      auto restored = Dispatcher::restored({}, journal);
+      REQUIRE(restored);
+      restored->node_joined(NodeId{7}, facts("a"), lab.now);
+      restored->node_joined(NodeId{8}, facts("b"), lab.now);
+      CHECK(restored->nodes().at(NodeId{7}).draining);
+      CHECK(!restored->nodes().at(NodeId{8}).draining);
+    }
+    // While it is away it can be taken back, but nobody can be drained who is not there.
+    lab.dispatcher.node_left(NodeId{3}, "rebooted", lab.now);
+    CHECK(lab.dispatcher.drain("a", false));
+    CHECK(!lab.dispatcher.drain("a", false));
+    CHECK(!lab.dispatcher.drain("a", true));
+    lab.join(4, facts("a"));
+    CHECK(!lab.dispatcher.nodes().at(NodeId{4}).draining);
+    lab.step();
+    lab.restart();
+    CHECK(lab.dispatcher.draining().empty());
+  }
+
+  TEST_CASE("dispatcher: a forgotten job is gone, and its number is not given again") {
+    RunningLab lab;
+    CHECK(!lab.dispatcher.forget(lab.id));
+    CHECK(!lab.dispatcher.forget(JobId{9}));
+    const JobId second = *lab.dispatcher.submit(wish(), lab.now);
+    REQUIRE(lab.dispatcher.cancel(second, lab.now));
+    REQUIRE(lab.dispatcher.forget(second));
+    lab.step();
+    CHECK(lab.dispatcher.jobs().size() == 1);
+    for (const std::vector<JournalEntry>& journal : {lab.journal, lab.dispatcher.summary()}) {
+      auto restored = Dispatcher::restored({}, journal);
+      REQUIRE(restored);
+      CHECK(restored->jobs().size() == 1);
+      CHECK(*restored->submit(wish(), lab.now) == JobId{3});
+    }
+    REQUIRE(lab.dispatcher.cancel(lab.id, lab.now));
+    REQUIRE(lab.dispatcher.forget(lab.id));
+    lab.step();
+    lab.restart();
+    CHECK(*lab.dispatcher.submit(wish(), lab.now) == JobId{3});
+  }
+
+  TEST_CASE("dispatcher: a full queue takes no more, and says what to do") {
+    DispatcherOptions options;
+    options.most_waiting_jobs = 3;
+    Lab lab(options);
+    for (int i = 0; i < 3; ++i) REQUIRE(lab.dispatcher.submit(wish(), lab.now));
+    const auto refused = lab.dispatcher.submit(wish(), lab.now);
+    REQUIRE(!refused);
+    CHECK(refused.error().code == ErrorCode::failed);
+    CHECK(refused.error().text().find("3 jobs wait") != std::string::npos);
+    REQUIRE(lab.dispatcher.cancel(JobId{2}, lab.now));
+    CHECK(lab.dispatcher.submit(wish(), lab.now));
+  }
+
   TEST_CASE("dispatcher: a journal that no dispatcher wrote is refused, with the entry") {
     const std::vector<std::vector<JournalEntry>> journals = {
         {journal::EpochBegun{JobId{1}, Epoch{1}}},

@@ -33,6 +33,23 @@ TEST_SUITE("raycast") {
     CHECK_FALSE(rays.occluded({0.5, 0.5, 0.1}, {0.5, 0.5, 1.9}));
   }
 
+  TEST_CASE("raycast: what Embree allocates for a scene is counted, and grows with it") {
+    Scene scene;
+    const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
+    const auto add_floors = [&](int count) {
+      for (int i = 0; i < count; ++i) test::add_rectangle(scene, {0, 0, 0.01 * i}, {1, 0, 0}, {0, 1, 0}, grey);
+    };
+    add_floors(200);
+    const std::size_t few = RayScene(scene, scene.surfaces, Vec3{0.0}).memory_bytes();
+    add_floors(1800);
+    const std::size_t many = RayScene(scene, scene.surfaces, Vec3{0.0}).memory_bytes();
+    // Four corners and six numbers of them are 72 bytes; a tree over them may take ten times as much.
+    CHECK(few > 200 * 72);
+    CHECK(many > 2000 * 72);
+    CHECK(many > 5 * few);
+    CHECK(many < 2000 * 2000);
+  }
+
   TEST_CASE("raycast: light passes clear glass") {
     Scene scene;
     test::add_rectangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, test::add_material(scene, test::glass(1.5)));
@@ -51,7 +68,8 @@ TEST_SUITE("raycast") {
       Scene scene;
       const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
       for (int k = 0; k < 30; ++k)
-        test::add_polygon(scene, reference::random_polygon(random, far + reference::random_unit(random), 0.5, 0.6), grey);
+        test::add_polygon(scene, reference::random_polygon(random, far + reference::random_unit(random), 0.5, 0.6),
+                          grey);
       const RayScene rays(scene, scene.surfaces, far);
       CHECK(rays.origin() == far);
       CHECK((rays.offset() > 0 && rays.offset() < 1e-4));
