@@ -78,7 +78,7 @@ class SmallLab {
   std::vector<std::uint64_t> resident_bytes() const {
     std::vector<std::uint64_t> all;
     for (const Process* process : {controller_.get(), nodes_[0].get()}) {
-      const std::string status = contents("/proc/" + std::to_string(process->pid()) + "/status");
+      const std::string status = contents("/proc/" + std::to_string(process->id()) + "/status");
       const std::size_t at = status.find("VmRSS:");
       REQUIRE(at != std::string::npos);
       all.push_back(1024 * std::strtoull(status.c_str() + at + 6, nullptr, 10));

@@ -28,7 +28,7 @@ TEST_SUITE("submit") {
     };
     // In one cell the order of the shots is the same everywhere, and so is the light.
     const std::vector<std::string> scene{folder / "room.toml", "--cells", "1", "--elements", "2500", "--eps", "1e-3"};
-    for (const std::string& ending : {".png", ".exr", ".hdr"}) {
+    for (const std::string ending : {".png", ".exr", ".hdr"}) {
       INFO(ending);
       std::vector<std::string> far{"submit"}, here{"render"};
       far.insert(far.end(), scene.begin(), scene.end()), here.insert(here.end(), scene.begin(), scene.end());
