@@ -1,6 +1,14 @@
 #include "actors/meter.hpp"
 
+#include <ctime>
+
 namespace lichthof::actors {
+
+std::uint64_t thread_cpu_ns() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<std::uint64_t>(used.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(used.tv_nsec);
+}
 
 void Meters::add(std::shared_ptr<const Meter> meter) {
   const std::lock_guard lock(mutex_);

@@ -46,6 +46,11 @@ class HostedRun {
   void hold(bool is_held);
   /// Hemicube messages that a cell has dealt with so far.
   std::uint64_t processed(CellId cell) const;
+  /// Sums over its actors so far.
+  struct Worked {
+    std::uint64_t busy_ns = 0, cpu_ns = 0;  ///< in handlers; of it, with a core
+  };
+  Worked worked() const;
   /// A line per actor for monitoring: "name, job, busy_ns, depth, arrived, steps, shots, rays", apart by tabs.
   std::vector<std::string> load() const;
 
