@@ -172,6 +172,17 @@ TEST_SUITE("system") {
     expect_done(lab, next);
   }
 
+  TEST_CASE("lab: a node stopped during the picture, and going on later, leaves the picture as it is") {
+    RealLab lab({"anna", "bert", "carl"});
+    const std::string id = lab.submit("1e-3");
+    REQUIRE(lab.until([&] { return lab.is_in(id, "picture") || lab.is_over(id); }));
+    lab.node("bert").signal(SIGSTOP);
+    std::this_thread::sleep_for(3s);
+    lab.node("bert").signal(SIGCONT);
+    expect_done(lab, id);
+    CHECK(lab.node_count() == 3);
+  }
+
   TEST_CASE("lab: a controller killed with -9 takes its jobs up again") {
     RealLab lab({"anna", "bert"});
     const std::string first = lab.submit("1e-5"), second = lab.submit("1e-4");
