@@ -11,7 +11,7 @@ namespace {
 // No message of a sound peer comes near these.
 constexpr std::uint32_t max_corners = 1u << 12, max_patches = 1u << 8, max_places = 1u << 12,
                         max_bitmap_bytes = 1u << 20;
-constexpr std::uint32_t max_pixels = max_message_bytes / 12;
+constexpr std::uint32_t max_pixels = max_message_bytes / 12, max_columns = 1u << 16;
 
 }  // namespace
 
@@ -146,7 +146,8 @@ static void fields(Codec& c, Field<Codec, JobAssignment> message) {
 template <class Codec>
 static void fields(Codec& c, Field<Codec, ColumnResult> result) {
   auto& [worker, job, pixels, rays, seconds] = result;
-  c(worker, job, rays, seconds);
+  c(worker, job, seconds);
+  c.list(rays, max_columns);
   c.list(pixels, max_pixels);
 }
 template <class Codec>
@@ -179,7 +180,8 @@ Error refused(std::string what) {
 
 Bytes encode(const Message& message) {
   Bytes bytes;
-  if (const auto* result = std::get_if<ColumnResult>(&message)) bytes.reserve(64 + 12 * result->pixels.size());
+  if (const auto* result = std::get_if<ColumnResult>(&message))
+    bytes.reserve(64 + 12 * result->pixels.size() + 8 * result->rays.size());
   if (const auto* light = std::get_if<HemicubeMessage>(&message)) bytes.reserve(2048 + light->bitmap.size());
   bytes.push_back(wire_version);
   bytes.push_back(static_cast<std::uint8_t>(message.index()));

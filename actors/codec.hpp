@@ -19,7 +19,7 @@
 
 namespace lichthof::actors {
 
-constexpr std::uint8_t wire_version = 1;
+constexpr std::uint8_t wire_version = 2;
 /// Longest message: half of an 8K picture from one worker. Longer announcements are refused.
 constexpr std::uint32_t max_message_bytes = 256u << 20;
 

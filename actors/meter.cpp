@@ -1,8 +1,15 @@
 #include "actors/meter.hpp"
 
 #include <algorithm>
+#include <ctime>
 
 namespace lichthof::actors {
+
+std::uint64_t thread_cpu_ns() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<std::uint64_t>(used.tv_sec) * 1'000'000'000 + static_cast<std::uint64_t>(used.tv_nsec);
+}
 
 std::uint64_t Meter::busy_ns_now() const {
   for (;;) {

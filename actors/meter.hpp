@@ -12,10 +12,14 @@
 
 namespace lichthof::actors {
 
+/// Time that the calling thread has had a core so far.
+std::uint64_t thread_cpu_ns();
+
 /// Of one actor. Counts grow for ever; readers take differences.
 struct Meter {
   std::string name;                       ///< "cell 3"; set before the meter is shown
   std::atomic<std::uint64_t> busy_ns{0};  ///< time spent in handlers
+  std::atomic<std::uint64_t> cpu_ns{0};   ///< of it, what its thread really had a core
   std::atomic<std::uint64_t> runs{0};     ///< times it was given a thread
   std::atomic<std::uint64_t> arrived{0};  ///< messages
   std::atomic<std::uint64_t> steps{0};    ///< of its machine
@@ -66,9 +70,11 @@ class Metered : public Base {
     const std::shared_ptr<Meter> meter = meter_;  // the actor may be gone afterwards
     meter->depth = this->mailbox().size();
     const std::int64_t start = steady_ns();
+    const std::uint64_t cpu_start = thread_cpu_ns();
     meter->since_ns = start;
     const auto result = Base::resume(unit, max_throughput);
     meter->busy_ns += static_cast<std::uint64_t>(steady_ns() - start);
+    meter->cpu_ns += thread_cpu_ns() - cpu_start;
     meter->since_ns = 0;
     if (result == caf::resumable::awaiting_message) meter->depth = 0;
     ++meter->runs;

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <thread>
@@ -51,6 +52,11 @@ Status run(const NodeCommand& command, const Interruption& interruption) {
       command.memory_gib > 0 ? static_cast<std::uint64_t>(command.memory_gib * (1ull << 30)) : total_memory_bytes();
   options.facts.rays_per_s = measured_rays_per_s();
   options.read_solution = io::read_solution;
+  options.abandon = [] {
+    spdlog::warn("left while a run was being loaded");
+    spdlog::shutdown();
+    std::_Exit(0);  // static objects stay: the thread that loads uses them
+  };
   options.free_memory_bytes = free_memory_bytes, options.used_memory_bytes = used_memory_bytes;
   spdlog::info("{}: {} threads, {:.1f} Mray/s each", options.link.own.name, options.threads,
                options.facts.rays_per_s / 1e6);

@@ -37,7 +37,9 @@ Play played(const std::vector<double>& column_s, std::uint32_t workers, Scheduli
     requests.pop();
     end = now;
     if (const auto job = under_way.find(worker); job != under_way.end()) {
-      tell(ColumnResult{WorkerId{worker}, job->second, std::vector<Rgbf>(job->second.size()), 0, 0}, now);
+      tell(ColumnResult{WorkerId{worker}, job->second, std::vector<Rgbf>(job->second.size()),
+                        std::vector<std::uint64_t>(job->second.size(), 0), 0},
+           now);
       under_way.erase(job);
     }
     tell(JobRequest{WorkerId{worker}}, now);

@@ -48,7 +48,26 @@ void LabOracle::began(const BeginPass& order, NodeId node, bool holds) {
   if (!holds) complain(name(order.job) + " began although " + name(node) + " does not host its share");
 }
 
-void LabOracle::look(const Dispatcher& dispatcher, bool controller_is_up) {
+void LabOracle::restarted() {
+  for (auto& [id, seen] : jobs_) seen.moves = 0, seen.moved_at.reset();
+}
+
+void LabOracle::look_at_waiting(JobId id, const LabJob& job, const DispatcherOptions& options, Instant now) {
+  Seen& seen = jobs_[id];
+  if (job.moves != seen.moves) {
+    if (seen.moved_at && now < *seen.moved_at + options.settling) complain(name(id) + " moves before it has settled");
+    seen.moves = job.moves;
+    seen.moved_at = now;
+  }
+  if (!job.run) return;
+  for (const auto& [node, share] : job.run->shares)
+    if (!share.hosted && now >= share.due) complain(name(id) + " waits for ever for " + name(node));
+  if (job.run->checkpoint_due && now >= *job.run->checkpoint_due) complain(name(id) + " waits for ever for light");
+  if (job.run->pass == Pass::picture && !job.run->begun && job.run->begin_at && now >= *job.run->begin_at)
+    complain(name(id) + " keeps idle who could trace its picture");
+}
+
+void LabOracle::look(const Dispatcher& dispatcher, bool controller_is_up, Instant now) {
   if (!controller_is_up) return;
   for (const auto& [id, seen] : jobs_)
     if (!dispatcher.jobs().contains(id)) complain(name(id) + " was accepted and is lost");
@@ -56,6 +75,7 @@ void LabOracle::look(const Dispatcher& dispatcher, bool controller_is_up) {
     if (job.run.has_value() != (job.state == JobState::running)) complain(name(id) + " runs without a run");
     if (has_ended(job.state) != jobs_[id].ended) complain(name(id) + " has ended and nobody was told");
     if (job.state == JobState::queued && job.reason.empty()) complain(name(id) + " waits for no reason");
+    look_at_waiting(id, job, dispatcher.options(), now);
     if (!job.run) continue;
     if (job.run->epoch != job.epoch || job.run->shares.empty()) complain(name(id) + " runs nowhere");
     for (const auto& [node, share] : job.run->shares)

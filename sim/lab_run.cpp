@@ -14,12 +14,33 @@ constexpr Duration seconds(std::int64_t count) { return {count * 1'000'000'000};
 /// Long enough for every node to be back, and for a job that still waited for one to have lost patience.
 constexpr Duration settling = seconds(60);
 
+/// Columns that say which they are, each of as many rays.
+ColumnResult result_of(std::uint32_t slot, const ColumnJob& job) {
+  ColumnResult result{WorkerId{slot}, job, {}, {}, 0};
+  for (std::uint32_t column = job.first; column < job.last; ++column) {
+    result.pixels.push_back(Rgbf{static_cast<float>(column)});
+    result.rays.push_back(column);
+  }
+  return result;
+}
+
+bool is_whole(const Balancer& balancer) {
+  for (std::uint32_t column = 0; column < columns; ++column)
+    if (balancer.image().at(column, 0).x != static_cast<float>(column)) return false;
+  return balancer.rays() == columns * (columns - 1) / 2;
+}
+
 /// Shorter than a real lab's, so that a scenario sees every rule at work within a minute.
 DispatcherOptions short_options(Random& random) {
   DispatcherOptions options;
   options.lease = seconds(4);
   options.checkpoint_every = seconds(2);
   options.patience = seconds(30);
+  options.hosting_lease = seconds(8);
+  options.checkpoint_lease = seconds(6);
+  options.gathering = seconds(1);
+  options.settling = seconds(3);
+  options.pace.probation = seconds(5);
   options.most_running_jobs = 1 + random.below(4);
   options.heuristic = static_cast<Placement>(random.below(3));
   return options;
@@ -29,7 +50,26 @@ DispatcherOptions short_options(Random& random) {
 
 LabRun::LabRun(const LabRunOptions& options)
     : options_(options), random_(options.seed), dispatcher_(short_options(random_)) {
-  draw_lab();
+  if (options_.only)
+    draw_equal_lab();
+  else
+    draw_lab();
+}
+
+void LabRun::draw_equal_lab() {
+  DispatcherOptions unhurried;
+  unhurried.lease = seconds(60);  // what hangs is not lost meanwhile
+  dispatcher_ = Dispatcher(unhurried);
+  nodes_.resize(8);
+  links_.resize(nodes_.size(), 0);
+  for (std::uint32_t slot = 0; slot < nodes_.size(); ++slot) {
+    nodes_[slot].facts = {"node" + std::to_string(slot + 1), 1, 1'000'000'000, 100.0};
+    events_.push(Instant{}, Boot{slot});
+  }
+  submissions_left_ = 1;
+  events_.push(Instant{} + seconds(1), Submit{options_.wish.value_or(JobWish{})});
+  events_.push(Instant{}, Calm{});
+  events_.push(options_.only->at, Slow{0, options_.only->pace, options_.only->hangs});
 }
 
 void LabRun::draw_lab() {
@@ -68,7 +108,7 @@ LabReport LabRun::run() {
     ++report_.events;
     if (!postponed(event)) std::visit([this](auto& e) { handle(e); }, event);
     lead();
-    oracle_.look(dispatcher_, controller_is_up_);
+    oracle_.look(dispatcher_, controller_is_up_, events_.now());
     oracle_.forget_cells();
     for (std::uint32_t slot = 0; slot < nodes_.size(); ++slot)
       oracle_.look(node_of(slot), nodes_[slot], nodes_[slot].facts.memory_bytes);
@@ -83,6 +123,7 @@ LabReport LabRun::run() {
     report_.done += job.state == JobState::done;
     report_.failed += job.state == JobState::failed;
     report_.cancelled += job.state == JobState::cancelled;
+    report_.moves += job.moves;
   }
   if (!oracle_.broken().empty())
     report_.broken = oracle_.broken() + " (at " + std::to_string(report_.end.ns / 1'000'000) + " ms)";
@@ -126,7 +167,7 @@ void LabRun::carry_out(const Order& order) {
       oracle_.began(*begin, node_of(slot), holds);
       send_to_node(slot, {Kind::begin, begin->job, begin->epoch, begin->pass});
     }
-    hand_out(begin->job, run);
+    for (const std::uint32_t slot : run.ready) tell_balancer(begin->job, run, JobRequest{WorkerId{slot}});
   } else if (const auto* release = std::get_if<ReleaseRun>(&order)) {
     DriverRun& run = runs_.at(release->job);
     if (run.epoch != release->epoch) oracle_.complain("the release of another epoch");
@@ -165,7 +206,9 @@ void LabRun::carry_out_hosting(const HostRun& order) {
   if (is_new) {
     run.epoch = order.epoch;
     run.pass = order.pass;
-    for (std::uint32_t column = 0; column < columns; ++column) run.pool.push_back(column);
+    if (run.pass == Pass::picture)
+      run.balancer.emplace(BalancerOptions{columns, 1, static_cast<std::uint32_t>(order.workers.size()),
+                                           Scheduling::adaptive, 4, 64, true});
   }
   if (order.from_checkpoint && !checkpoints_.contains(order.job))
     return oracle_.complain("a run resumes from a checkpoint that nobody kept");
@@ -190,7 +233,9 @@ void LabRun::carry_out_hosting(const HostRun& order) {
 /// A job that fails after everything was mended must have had a reason that mending does not help.
 void LabRun::check_failure(const JobEnded& ended) {
   if (ended.state != JobState::failed || ended.reason.starts_with("lost 3 nodes") ||
-      ended.reason.find("out of memory") != std::string::npos || events_.now() < options_.calm_at + settling)
+      ended.reason.find("out of memory") != std::string::npos ||
+      ended.reason.find("did not host it within") != std::string::npos ||
+      ended.reason.find("answered no checkpoint") != std::string::npos || events_.now() < options_.calm_at + settling)
     return;
   std::vector<Seat> seats;
   for (std::uint32_t slot = 0; slot < nodes_.size(); ++slot)
@@ -209,25 +254,20 @@ void LabRun::check_failure(const JobEnded& ended) {
 
 // ---- What the driver keeps --------------------------------------------------------------------------------------------
 
-/// Columns for every worker that is idle.
-void LabRun::hand_out(JobId job, DriverRun& run) {
-  if (!run.begun || run.pass != Pass::picture) return;
-  for (const std::uint32_t slot : run.ready) {
-    if (run.pool.empty()) return;
-    if (!run.assigned.emplace(slot, run.pool.front()).second) continue;
-    send_to_node(slot, {Kind::column, job, run.epoch, run.pass, 0, run.pool.front()});
-    run.pool.pop_front();
-  }
+void LabRun::tell_balancer(JobId job, DriverRun& run, lichthof::Message message) {
+  if (!run.begun || !run.balancer) return;
+  run.balancer->accept({lichthof::ToBalancer{}, lichthof::ToBalancer{}, std::move(message)}, events_.now());
+  while (run.balancer->has_work())
+    for (const Envelope& envelope : run.balancer->step(events_.now()).outbox)
+      if (const auto& assignment = std::get<JobAssignment>(envelope.message); !assignment.no_more)
+        send_to_node(std::get<WorkerId>(envelope.to).value,
+                     {Kind::column, job, run.epoch, run.pass, 0, assignment.job});
 }
 
 void LabRun::forget_share(JobId job, DriverRun& run, std::uint32_t slot) {
   run.hosts.erase(slot);
   run.ready.erase(slot);
-  if (const auto assigned = run.assigned.find(slot); assigned != run.assigned.end()) {
-    run.pool.push_back(assigned->second);
-    run.assigned.erase(assigned);
-  }
-  hand_out(job, run);
+  tell_balancer(job, run, WorkerLost{WorkerId{slot}});
 }
 
 void LabRun::forget(std::uint32_t slot) {
@@ -247,7 +287,10 @@ void LabRun::handle(ToController& event) {
     return dispatcher_.node_joined(node_of(slot), nodes_[slot].facts, now);
   }
   if (event.link != links_[slot]) return;
-  if (message.kind == Kind::report) return dispatcher_.node_reported(node_of(slot), message.bytes, now);
+  if (message.kind == Kind::report) {
+    dispatcher_.node_reported(node_of(slot), message.bytes, now);
+    return dispatcher_.node_paced(node_of(slot), message.pace, now);
+  }
 
   const auto found = runs_.find(message.job);
   DriverRun* run = found != runs_.end() && found->second.epoch == message.epoch ? &found->second : nullptr;
@@ -256,7 +299,7 @@ void LabRun::handle(ToController& event) {
       dispatcher_.hosted(node_of(slot), message.job, message.epoch, now);
       if (!run || !run->hosts.contains(slot)) return;
       run->ready.insert(slot);
-      return hand_out(message.job, *run);
+      return tell_balancer(message.job, *run, JobRequest{WorkerId{slot}});
     case Kind::host_failed:
       dispatcher_.host_failed(node_of(slot), message.job, message.epoch, "out of memory", now);
       if (run && run->pass == Pass::picture) forget_share(message.job, *run, slot);
@@ -276,9 +319,12 @@ void LabRun::handle(ToController& event) {
       checkpoints_[message.job] = run->checkpoint;
       return dispatcher_.checkpoint_kept(message.job, message.epoch, now);
     case Kind::column_done:
-      if (!run || run->assigned.erase(slot) == 0) return;
-      if (!run->film.insert(message.column).second) oracle_.complain("a column is counted twice");
-      if (run->film.size() < columns) return hand_out(message.job, *run);
+      if (!run || !run->ready.contains(slot)) return;
+      tell_balancer(message.job, *run, result_of(slot, message.columns));
+      tell_balancer(message.job, *run, JobRequest{WorkerId{slot}});
+      if (!run->balancer->finished()) return;
+      report_.second_runs += run->balancer->second_runs();
+      if (!is_whole(*run->balancer)) oracle_.complain("a picture is not what its columns are, or counts one twice");
       oracle_.pass_was_done(message.job, Pass::picture);
       return dispatcher_.pass_finished(message.job, message.epoch, now);
     default:
@@ -305,6 +351,7 @@ void LabRun::handle(ControllerUp&) {
   auto restored = Dispatcher::restored(dispatcher_.options(), journal_);
   if (!restored) return oracle_.complain("the journal is refused: " + restored.error().text());
   dispatcher_ = *std::move(restored);
+  oracle_.restarted();
   if (random_.below(2) == 0) journal_ = dispatcher_.summary();
   controller_is_up_ = true;
   if (is_calm_) end_draining();

@@ -17,14 +17,24 @@
 
 #include "core/base/random.hpp"
 #include "core/cluster/dispatcher.hpp"
+#include "core/tracing/balancer.hpp"
 #include "sim/event_queue.hpp"
 #include "sim/lab_oracle.hpp"
 
 namespace lichthof::sim {
 
+/// The only thing that goes wrong in a lab of eight equal nodes with one job.
+struct OneFault {
+  Instant at;
+  double pace = 1;  ///< of the first node from then on
+  Duration hangs;   ///< or it does nothing for so long
+};
+
 struct LabRunOptions {
   std::uint64_t seed = 1;
   bool with_faults = true;
+  std::optional<OneFault> only;
+  std::optional<JobWish> wish;  ///< with `only`: the job
   Instant calm_at{40'000'000'000};
   Instant give_up_at{4'000'000'000'000};  ///< a job that has not ended by then never will
 };
@@ -33,7 +43,8 @@ struct LabReport {
   std::string broken;  ///< what the oracle saw, and when; empty: nothing
   Instant end;
   std::uint64_t events = 0, jobs = 0, done = 0, failed = 0, cancelled = 0;
-  std::uint64_t restarts = 0, drops = 0, hostings = 0, resumed = 0, joined_pictures = 0, drained = 0;
+  std::uint64_t restarts = 0, drops = 0, hostings = 0, resumed = 0, joined_pictures = 0, drained = 0, moves = 0;
+  std::uint64_t second_runs = 0, late_hostings = 0, late_checkpoints = 0;
 };
 
 class LabRun {
@@ -65,8 +76,9 @@ class LabRun {
     Epoch epoch;
     Pass pass = Pass::radiosity;
     std::uint64_t bytes = 0;
-    std::uint32_t column = 0;
+    ColumnJob columns{};
     std::map<CellId, double> rest{};  ///< work left, per cell
+    double pace = 1;
   };
 
   // clang-format off
@@ -77,17 +89,18 @@ class LabRun {
   struct Connect { std::uint32_t slot; std::uint64_t life; };
   struct Report { std::uint32_t slot; Link link; };
   struct Ready { std::uint32_t slot; Link link; JobId job; Epoch epoch; bool fails; };
-  struct Worked { std::uint32_t slot; Link link; JobId job; Epoch epoch; std::optional<std::uint32_t> column; };
+  struct Worked { std::uint32_t slot; Link link; JobId job; Epoch epoch; std::optional<ColumnJob> columns; Instant since; };
   struct Boot { std::uint32_t slot; };
   struct Resume { std::uint32_t slot; };
   struct Fault {};
+  struct Slow { std::uint32_t slot; double pace; Duration hangs; };
   struct Calm {};
   struct Submit { JobWish wish; };
   struct ControllerUp {};
   struct Wake {};
   // clang-format on
   using Event = std::variant<ToController, ToNode, LinkLostByController, LinkLostByNode, Connect, Report, Ready, Worked,
-                             Boot, Resume, Fault, Calm, Submit, ControllerUp, Wake>;
+                             Boot, Resume, Fault, Slow, Calm, Submit, ControllerUp, Wake>;
 
   struct Node : ModelNode {
     NodeFacts facts;
@@ -97,7 +110,7 @@ class LabRun {
     Instant last_arrival[2];  ///< from it, to it: links keep the order
     double speed() const { return facts.cores * facts.rays_per_s * pace; }
   };
-  /// What the driver of a real lab keeps for a run: the stand-in for termination and balancer.
+  /// What the driver of a real lab keeps for a run: the balancer, and a stand-in for termination.
   struct DriverRun {
     Epoch epoch;
     Pass pass = Pass::radiosity;
@@ -105,13 +118,12 @@ class LabRun {
     std::set<std::uint32_t> hosts, ready, done;
     std::map<CellId, double> checkpoint;
     std::set<std::uint32_t> checkpoint_parts;
-    std::deque<std::uint32_t> pool;
-    std::map<std::uint32_t, std::uint32_t> assigned;  ///< slot → column
-    std::set<std::uint32_t> film;
+    std::optional<Balancer> balancer;  ///< of a picture; a node is one worker
   };
 
   // lab_run.cpp: the controller's side
   void draw_lab();
+  void draw_equal_lab();
   void handle(ToController& event);
   void handle(LinkLostByController& event);
   void handle(Submit& event);
@@ -120,7 +132,7 @@ class LabRun {
   void lead();
   void carry_out(const Order& order);
   void carry_out_hosting(const HostRun& order);
-  void hand_out(JobId job, DriverRun& run);
+  void tell_balancer(JobId job, DriverRun& run, lichthof::Message message);
   void check_failure(const JobEnded& ended);
   void forget(std::uint32_t slot);
   void forget_share(JobId job, DriverRun& run, std::uint32_t slot);
@@ -136,6 +148,9 @@ class LabRun {
   void handle(Boot& event);
   void handle(Resume& event);
   void handle(Fault&);
+  void handle(Slow& event);
+  void set_pace(std::uint32_t slot, double pace);
+  void go_on(std::uint32_t slot, JobId job, Epoch epoch, ModelShare& share);
   void handle(Calm&);
   void node_fault(std::uint32_t slot);
   void operator_acts();

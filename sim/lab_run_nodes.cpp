@@ -80,7 +80,9 @@ void LabRun::handle(LinkLostByNode& event) {
 void LabRun::handle(Report& event) {
   const Node& node = nodes_[event.slot];
   if (node.link != event.link) return;
-  send_to_controller(event.slot, {Kind::report, {}, {}, {}, node.facts.memory_bytes - node.used_bytes()});
+  Message report{Kind::report, {}, {}, {}, node.facts.memory_bytes - node.used_bytes()};
+  report.pace = node.pace;
+  send_to_controller(event.slot, std::move(report));
   events_.push(events_.now() + seconds(1), event);
 }
 
@@ -92,8 +94,12 @@ void LabRun::handle(ToNode& event) {
   const auto found = node.shares.find(key);
   if (message.kind == Kind::host) {
     if (found != node.shares.end()) oracle_.complain("a node is told twice to host a share");
-    node.shares[key] = {message.pass, message.bytes, false, false, std::move(message.rest), {}, {}};
-    const bool fails = options_.with_faults && !is_calm_ && random_.below(40) == 0;
+    node.shares[key] = {message.pass, message.bytes, false, false, std::move(message.rest), {}};
+    const bool can_go_wrong = options_.with_faults && !is_calm_;
+    const bool fails = can_go_wrong && random_.below(40) == 0;
+    const bool is_never_heard_of = can_go_wrong && random_.below(60) == 0;
+    report_.late_hostings += is_never_heard_of;
+    if (is_never_heard_of) return;
     events_.push(events_.now() + drawn(0.02, 1.0), Ready{event.slot, event.link, message.job, message.epoch, fails});
     return;
   }
@@ -103,22 +109,41 @@ void LabRun::handle(ToNode& event) {
     node.shares.erase(found);
   } else if (message.kind == Kind::begin) {
     if (!share.hosted || share.begun) oracle_.complain("a share begins before it is hosted, or twice");
-    double work = 0;
-    for (const auto& [cell, rest] : share.rest) work += rest;
     share.begun = true;
-    share.begun_at = events_.now();
-    share.work = {static_cast<std::int64_t>(work / node.speed() * 1e9)};
-    if (share.pass == Pass::radiosity)
-      events_.push(events_.now() + share.work, Worked{event.slot, event.link, message.job, message.epoch, {}});
+    share.since = events_.now();
+    if (share.pass == Pass::radiosity) go_on(event.slot, message.job, message.epoch, share);
   } else if (message.kind == Kind::checkpoint) {
+    if (options_.with_faults && !is_calm_ && random_.below(60) == 0) {
+      ++report_.late_checkpoints;
+      return;
+    }
     Message part{Kind::checkpoint_part, message.job, message.epoch};
-    const double left =
-        share.work.ns == 0 ? 0 : std::max(0.0, 1 - double((events_.now() - share.begun_at).ns) / double(share.work.ns));
-    for (const auto& [cell, rest] : share.rest) part.rest[cell] = rest * left;
+    const double work = share.work(), done = 1e-9 * double((events_.now() - share.since).ns) * node.speed();
+    for (const auto& [cell, rest] : share.rest) part.rest[cell] = work > done ? rest * (1 - done / work) : 0;
     send_to_controller(event.slot, std::move(part));
   } else if (message.kind == Kind::column) {
-    const Duration work{static_cast<std::int64_t>(column_work * (0.5 + random_.unit()) / node.speed() * 1e9)};
-    events_.push(events_.now() + work, Worked{event.slot, event.link, message.job, message.epoch, message.column});
+    const double work = message.columns.size() * column_work * (0.5 + random_.unit());
+    events_.push(events_.now() + Duration{static_cast<std::int64_t>(work / node.speed() * 1e9)},
+                 Worked{event.slot, event.link, message.job, message.epoch, message.columns, {}});
+  }
+}
+
+/// Radiosity from now on at the node's present speed.
+void LabRun::go_on(std::uint32_t slot, JobId job, Epoch epoch, ModelShare& share) {
+  const Duration work{static_cast<std::int64_t>(share.work() / nodes_[slot].speed() * 1e9)};
+  events_.push(events_.now() + work, Worked{slot, nodes_[slot].link, job, epoch, {}, share.since});
+}
+
+void LabRun::set_pace(std::uint32_t slot, double pace) {
+  Node& node = nodes_[slot];
+  const double before = node.speed();
+  node.pace = pace;
+  for (auto& [key, share] : node.shares) {
+    if (!share.begun || share.pass != Pass::radiosity) continue;
+    const double work = share.work(), done = 1e-9 * double((events_.now() - share.since).ns) * before;
+    for (auto& [cell, rest] : share.rest) rest = work > done ? rest * (1 - done / work) : 0;
+    share.since = events_.now();
+    go_on(slot, key.first, key.second, share);
   }
 }
 
@@ -133,10 +158,15 @@ void LabRun::handle(Ready& event) {
 
 void LabRun::handle(Worked& event) {
   const Node& node = nodes_[event.slot];
-  if (node.link != event.link || !node.shares.contains({event.job, event.epoch})) return;
-  send_to_controller(
-      event.slot,
-      {event.column ? Kind::column_done : Kind::cells_done, event.job, event.epoch, {}, 0, event.column.value_or(0)});
+  const auto share = node.shares.find({event.job, event.epoch});
+  if (node.link != event.link || share == node.shares.end()) return;
+  if (!event.columns && share->second.since != event.since) return;  // another speed since then
+  send_to_controller(event.slot, {event.columns ? Kind::column_done : Kind::cells_done,
+                                  event.job,
+                                  event.epoch,
+                                  {},
+                                  0,
+                                  event.columns.value_or(ColumnJob{})});
 }
 
 // ---- What goes wrong --------------------------------------------------------------------------------------------------
@@ -151,6 +181,11 @@ void LabRun::handle(Fault&) {
     node_fault(random_.below(static_cast<std::uint32_t>(nodes_.size())));
 }
 
+void LabRun::handle(Slow& event) {
+  set_pace(event.slot, event.pace);
+  nodes_[event.slot].hung_until = events_.now() + event.hangs;
+}
+
 void LabRun::node_fault(std::uint32_t slot) {
   Node& node = nodes_[slot];
   switch (random_.below(4)) {
@@ -163,8 +198,7 @@ void LabRun::node_fault(std::uint32_t slot) {
       node.cut_off_until = std::max(node.cut_off_until, events_.now() + drawn(0.5, 12));
       return;
     default:
-      node.pace = random_.below(2) == 0 ? 0.2 : 1;
-      return;
+      return set_pace(slot, random_.below(2) == 0 ? 0.1 : 1);
   }
 }
 
@@ -220,7 +254,7 @@ void LabRun::operator_acts() {
 void LabRun::handle(Calm&) {
   is_calm_ = true;
   for (std::uint32_t slot = 0; slot < nodes_.size(); ++slot) {
-    nodes_[slot].pace = 1;
+    set_pace(slot, 1);
     nodes_[slot].cut_off_until = events_.now();
     if (!nodes_[slot].alive) events_.push(events_.now() + seconds(1), Boot{slot});
   }

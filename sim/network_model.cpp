@@ -24,7 +24,8 @@ std::size_t wire_bytes(const Message& message) {
   constexpr std::size_t frame = 32;
   if (const auto* light = std::get_if<HemicubeMessage>(&message))
     return frame + light->shot->wire_bytes() + light->bitmap.size();
-  if (const auto* columns = std::get_if<ColumnResult>(&message)) return frame + 32 + 12 * columns->pixels.size();
+  if (const auto* columns = std::get_if<ColumnResult>(&message))
+    return frame + 32 + 12 * columns->pixels.size() + 8 * columns->rays.size();
   if (std::holds_alternative<CellReport>(message)) return frame + 112;
   return frame + 32;
 }

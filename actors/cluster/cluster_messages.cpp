@@ -34,8 +34,8 @@ static void fields(Codec& c, Field<Codec, ActorLoad> load) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, NodeReport> message) {
-  auto& [busy, free, used, at_ns, actors] = message;
-  c(busy, free, used, at_ns);
+  auto& [busy, pace, free, used, at_ns, actors] = message;
+  c(busy, pace, free, used, at_ns);
   c.list(actors, max_actors);
 }
 template <class Codec>
@@ -51,9 +51,9 @@ static void fields(Codec& c, Field<Codec, PictureSpec> spec) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, HostShare> message) {
-  auto& [job, epoch, pass, solution, cells, peers, picture, first_worker, workers] = message;
+  auto& [job, epoch, pass, solution, cells, peers, picture, first_worker, workers, bytes] = message;
   auto kind = static_cast<std::uint8_t>(pass);
-  c(job, epoch, kind, solution, picture, first_worker, workers);
+  c(job, epoch, kind, solution, picture, first_worker, workers, bytes);
   c.list(cells, max_nodes);
   c.list(peers, max_nodes);
   if constexpr (Codec::reads) {
@@ -88,12 +88,29 @@ static void fields(Codec& c, Field<Codec, CollectCells> message) {
   c(job, epoch);
 }
 template <class Codec>
+static void fields(Codec& c, Field<Codec, Rgb> v) {
+  c(v.x, v.y, v.z);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, CellOutlook> outlook) {
+  auto& [sent, received, unshot, reflected, white_area, area] = outlook;
+  c(sent, received, unshot, reflected, white_area, area);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, CellPower> power) {
+  auto& [unshot, unshot_absolute, emitted, absorbed, shot, received, area] = power;
+  c(unshot, unshot_absolute, emitted, absorbed, shot, received, area);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, SolveCounters> counters) {
+  auto& [shots, rays, saved, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, hidden, cut] = counters;
+  c(shots, rays, saved, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, hidden, cut);
+}
+template <class Codec>
 static void fields(Codec& c, Field<Codec, CellImage> image) {
-  auto& [job, epoch, cell, light, sums, counters] = image;
-  c(job, epoch, cell);
+  auto& [job, epoch, cell, light, outlook, power, counters] = image;
+  c(job, epoch, cell, outlook, power, counters);
   c.list(light, max_light);
-  c.list(sums, max_numbers);
-  c.list(counters, max_numbers);
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, WantBlob> message) {

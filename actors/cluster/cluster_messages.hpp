@@ -18,6 +18,8 @@
 #include "core/base/expected.hpp"
 #include "core/base/ids.hpp"
 #include "core/cluster/lab.hpp"
+#include "core/light/cell_light.hpp"
+#include "core/light/solution.hpp"
 #include "core/protocol/effects.hpp"
 
 namespace lichthof::actors {
@@ -49,6 +51,7 @@ struct ActorLoad {
 /// How a node does; once a second.
 struct NodeReport {
   double busy_share = 0;  ///< of its cores, of this process
+  double pace = 1;          ///< share of a core that its actors got while they had work; @see core/cluster/pace
   std::uint64_t free_memory_bytes = 0, used_memory_bytes = 0;
   std::uint64_t at_ns = 0;  ///< by the node's own clock: rates are differences of two reports
   std::vector<ActorLoad> actors;
@@ -78,6 +81,7 @@ struct HostShare {
   std::vector<Peer> peers;    ///< all who host cells
   PictureSpec picture;
   std::uint32_t first_worker = 0, workers = 0;
+  std::uint64_t bytes = 0;  ///< about as much memory will be needed
 };
 struct Hosted {
   JobId job;
@@ -110,14 +114,15 @@ struct CollectCells {
   JobId job;
   Epoch epoch;
 };
-/// The light of one cell: H, direct H, S of its elements in the order of the mesh, sums that the solution is made of.
+/// The light of one cell: H, direct H, S of its elements in the order of the mesh, and what the solution's sums are made of.
 struct CellImage {
   JobId job;
   Epoch epoch;
   CellId cell;
   std::vector<float> light;  ///< 9 per element
-  std::vector<double> sums;  ///< as HostedRun::image writes and put_images reads them
-  std::vector<std::uint64_t> counters;
+  CellOutlook outlook;
+  CellPower power;
+  SolveCounters counters;
 };
 
 struct WantBlob {

@@ -213,18 +213,8 @@ CellImage HostedRun::image(const Cell& cell) const {
   for (auto* values : {&all.irradiance, &all.direct_irradiance, &all.shot, &all.pending})
     values->assign(all.mesh->elements.size(), Rgbf{0.f});
   light.store(all, {});
-  CellImage image{share_.job, share_.epoch, cell.id(), cell_values(all, groups_[cell.id().value]), {}, {}};
-  const CellOutlook o = light.outlook();
-  const CellPower p = light.power();
-  for (const Rgb& sum :
-       {o.sent_w, o.received_w, o.unshot_w, o.reflected_w, o.white_area, p.emitted, p.absorbed, p.unshot})
-    image.sums.insert(image.sums.end(), {sum.x, sum.y, sum.z});
-  image.sums.push_back(o.area);
-  const SolveCounters& c = cell.counters();
-  image.counters = {c.shots,           c.rays,         c.rays_saved,       c.form_factors,  c.messages,
-                    c.bytes_sent,      c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped, c.clusters_tested,
-                    c.clusters_hidden, c.clusters_cut};
-  return image;
+  return {share_.job,      share_.epoch,  cell.id(),      cell_values(all, groups_[cell.id().value]),
+          light.outlook(), light.power(), cell.counters()};
 }
 
 void HostedRun::collect(const std::function<void(CellImage)>& take) const {
@@ -240,6 +230,12 @@ void HostedRun::hold(bool is_held) {
 std::uint64_t HostedRun::processed(CellId cell) const {
   const auto found = cells_.find(cell);
   return found == cells_.end() ? 0 : found->second->processed.load();
+}
+
+HostedRun::Worked HostedRun::worked() const {
+  Worked sum;
+  for (const auto& meter : meters_->all()) sum.busy_ns += meter->busy_ns, sum.cpu_ns += meter->cpu_ns;
+  return sum;
 }
 
 // ---- Load ------------------------------------------------------------------------------------------------------------

@@ -47,6 +47,11 @@ class HostedRun {
   void hold(bool is_held);
   /// Hemicube messages that a cell has dealt with so far.
   std::uint64_t processed(CellId cell) const;
+  /// Sums over its actors so far.
+  struct Worked {
+    std::uint64_t busy_ns = 0, cpu_ns = 0;  ///< in handlers; of it, with a core
+  };
+  Worked worked() const;
   /// Of every actor, by name. Cells are asked to look at themselves on the way: what they say comes with the next call.
   std::vector<ActorLoad> load();
 

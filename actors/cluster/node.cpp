@@ -26,7 +26,9 @@ using dial_atom = caf::atom_constant<caf::atom("dial")>;
 constexpr auto tick = 20ms;  // credit goes back to senders as often
 constexpr auto report_every = 1s;
 constexpr auto dial_again = 500ms;
-constexpr unsigned most_dials = 20;  // of another node, before its run is given up
+constexpr auto load_may_last = 2s;                     // beyond the node's end
+constexpr std::uint64_t busy_enough_ns = 200'000'000;  // to tell the pace of actors
+constexpr unsigned most_dials = 20;                    // of another node, before its run is given up
 
 /// What a thread that loads a run hands back.
 struct Loaded {
@@ -51,15 +53,18 @@ struct Share {
   std::map<NodeId, PeerId> reached;  ///< of its partners
   std::map<CellId, std::deque<Unpaid>> unpaid;
   std::map<CellId, std::uint64_t> paid;  ///< hemicube messages
+  HostedRun::Worked seen;                ///< when it was last reported
 };
 
 class NodeState {
  public:
   static constexpr const char* name = "node";
 
-  void begin(caf::event_based_actor* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache) {
+  void begin(caf::event_based_actor* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache,
+             std::shared_ptr<std::atomic<unsigned>> loads) {
     self_ = self;
     options_ = options;
+    loads_ = std::move(loads);
     cache_ = std::move(cache);
   }
   void use(const Link& link) {
@@ -153,6 +158,7 @@ class NodeState {
     shares_.erase(wanted.job);
     Share& share = shares_[wanted.job];
     share.wanted = wanted;
+    if (const std::string lack = lacking(wanted); !lack.empty()) return fail(wanted.job, wanted.epoch, lack);
     if (cache_->find(wanted.solution)) return load(share);
     if (wanted_blobs_.insert(wanted.solution).second) to_lead(WantBlob{wanted.solution, 0});
   }
@@ -204,40 +210,52 @@ class NodeState {
 
   // ---- Loading ----
 
+  /// Memory that other loads are about to take counts as taken. @returns empty: there is room
+  std::string lacking(const HostShare& wanted) const {
+    std::uint64_t free = options_.free_memory_bytes();
+    for (const auto& [job, share] : shares_)
+      if (job != wanted.job && !share.run) free -= std::min(free, share.wanted.bytes);
+    if (wanted.bytes <= free) return "";
+    const auto megabytes = [](std::uint64_t bytes) { return std::to_string(bytes / 1'000'000) + " MB"; };
+    return "it needs " + megabytes(wanted.bytes) + " of memory, " + megabytes(free) + " are free";
+  }
+
   void load(Share& share) {
     share.loading = true;
+    ++*loads_;
     const std::optional<std::string> path = cache_->find(share.wanted.solution);
     const caf::actor node = caf::actor_cast<caf::actor>(self_);
     const auto known = last_solution_hash_ == share.wanted.solution ? last_solution_ : nullptr;
     // On a thread of its own: reading and building trees takes seconds.
-    self_->system().spawn<caf::detached>(
-        [node, path, known, wanted = share.wanted, own = own_, options = options_](caf::event_based_actor* loader) {
-          Loaded loaded{wanted.job, wanted.epoch, nullptr, nullptr, ""};
-          try {
-            std::shared_ptr<const Solution> solution = known;
-            if (!solution) {
-              Expected<Solution> read = path ? options.read_solution(*path)
-                                             : Expected<Solution>(Error{ErrorCode::io, "", "lost from the cache"});
-              if (!read)
-                loaded.reason = read.error().text();
-              else
-                solution = std::make_shared<const Solution>(std::move(*read));
-            }
-            if (solution) {
-              Expected<std::shared_ptr<HostedRun>> made = HostedRun::make(wanted, own, solution, options.threads);
-              loaded.solution = solution;
-              if (made)
-                loaded.run = *made;
-              else
-                loaded.reason = made.error().text();
-            }
-          } catch (const std::bad_alloc&) {
-            loaded.reason = "out of memory";
-          } catch (const std::exception& error) {
-            loaded.reason = error.what();
-          }
-          loader->send(node, std::move(loaded));
-        });
+    self_->system().spawn<caf::detached>([node, path, known, wanted = share.wanted, own = own_, options = options_,
+                                          loads = loads_](caf::event_based_actor* loader) {
+      Loaded loaded{wanted.job, wanted.epoch, nullptr, nullptr, ""};
+      try {
+        std::shared_ptr<const Solution> solution = known;
+        if (!solution) {
+          Expected<Solution> read =
+              path ? options.read_solution(*path) : Expected<Solution>(Error{ErrorCode::io, "", "lost from the cache"});
+          if (!read)
+            loaded.reason = read.error().text();
+          else
+            solution = std::make_shared<const Solution>(std::move(*read));
+        }
+        if (solution) {
+          Expected<std::shared_ptr<HostedRun>> made = HostedRun::make(wanted, own, solution, options.threads);
+          loaded.solution = solution;
+          if (made)
+            loaded.run = *made;
+          else
+            loaded.reason = made.error().text();
+        }
+      } catch (const std::bad_alloc&) {
+        loaded.reason = "out of memory";
+      } catch (const std::exception& error) {
+        loaded.reason = error.what();
+      }
+      loader->send(node, std::move(loaded));
+      --*loads;
+    });
   }
 
   void on(Loaded& loaded) {
@@ -314,6 +332,7 @@ class NodeState {
 
   /// Senders get their credit back for what the cells have processed.
   void pay() {
+    ++ticks_;
     for (auto& [job, share] : shares_) {
       if (!share.started) continue;
       for (auto& [cell, queue] : share.unpaid) {
@@ -340,6 +359,21 @@ class NodeState {
       }
   }
 
+  /// Share of a core that the actors had while they worked; while they rest, how punctual this actor is: who is stopped most of
+  /// the time hears its ticks late.
+  double pace(double seconds) {
+    HostedRun::Worked worked;
+    for (auto& [job, share] : shares_) {
+      if (!share.started) continue;
+      const HostedRun::Worked now = share.run->worked();
+      worked.busy_ns += now.busy_ns - share.seen.busy_ns, worked.cpu_ns += now.cpu_ns - share.seen.cpu_ns;
+      share.seen = now;
+    }
+    const double punctual = std::chrono::duration<double>(tick).count() * std::exchange(ticks_, 0) / seconds;
+    if (worked.busy_ns < busy_enough_ns) return std::min(punctual, 1.0);
+    return std::min(static_cast<double>(worked.cpu_ns) / static_cast<double>(worked.busy_ns), 1.0);
+  }
+
   void report() {
     // A partner that could not be reached may be by now.
     for (const auto& [job, share] : shares_)
@@ -350,8 +384,10 @@ class NodeState {
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
     const double cpu = static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
     NodeReport report;
-    if (now > reported_s_ && reported_s_ > 0)
+    if (now > reported_s_ && reported_s_ > 0) {
       report.busy_share = (cpu - reported_cpu_) / (now - reported_s_) / options_.facts.cores;
+      report.pace = pace(now - reported_s_);
+    }
     reported_s_ = now, reported_cpu_ = cpu;
     report.free_memory_bytes = options_.free_memory_bytes();
     report.used_memory_bytes = options_.used_memory_bytes();
@@ -400,6 +436,8 @@ class NodeState {
   std::string last_solution_hash_;
   std::shared_ptr<const Solution> last_solution_;
   double reported_s_ = 0, reported_cpu_ = 0;
+  unsigned ticks_ = 0;                            ///< since the last report
+  std::shared_ptr<std::atomic<unsigned>> loads_;  ///< threads that load a run
 };
 
 using NodeSelf = caf::stateful_actor<NodeState>;
@@ -408,9 +446,10 @@ struct UseLink {
   Link link;
 };
 
-caf::behavior node_actor(NodeSelf* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache) {
+caf::behavior node_actor(NodeSelf* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache,
+                         std::shared_ptr<std::atomic<unsigned>> loads) {
   report_failures(self, "node");
-  self->state.begin(self, options, std::move(cache));
+  self->state.begin(self, options, std::move(cache), std::move(loads));
   self->set_down_handler([self](caf::down_msg& down) { self->state.on(down); });
   self->set_exit_handler([self](caf::exit_msg& exit) {
     self->state.end();
@@ -453,11 +492,15 @@ Status run_node(const NodeOptions& options, const std::atomic<bool>& stop) {
   system_options.network = true;
   SystemConfig config(system_options);
   caf::actor_system system(config);
-  const caf::actor node = system.spawn<caf::detached>(node_actor, options, cache);
+  const auto loads = std::make_shared<std::atomic<unsigned>>(0);
+  const caf::actor node = system.spawn<caf::detached>(node_actor, options, cache, loads);
   const auto ended = [&](Status status) {
     caf::anon_send_exit(node, caf::exit_reason::user_shutdown);
     caf::scoped_actor waiting{system};
     waiting->wait_for(node);
+    const auto patience = std::chrono::steady_clock::now() + load_may_last;
+    while (*loads > 0 && std::chrono::steady_clock::now() < patience) std::this_thread::sleep_for(20ms);
+    if (*loads > 0 && options.abandon) options.abandon();
     return status;
   };
   Expected<Link> link = Link::start(system, node, options.link);

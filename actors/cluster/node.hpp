@@ -25,6 +25,9 @@ struct NodeOptions {
   std::uint64_t cache_bytes = 8ull << 30;
   std::function<Expected<Solution>(const std::string& path)> read_solution;
   std::function<std::uint64_t()> free_memory_bytes, used_memory_bytes;
+  /// Called when the node has ended but for a thread that still loads a run, which nothing can interrupt. It may end the
+  /// process; without it, or if it returns, that thread is waited for.
+  std::function<void()> abandon;
 };
 
 /// Runs until `stop` is set.

@@ -1,19 +1,12 @@
 #include "actors/cluster/run_lead.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "actors/drive.hpp"
-#include "core/light/cell_values.hpp"
-#include "core/scene/partition.hpp"
+#include "core/base/check.hpp"
 
 namespace lichthof::actors {
-
-namespace {
-
-constexpr std::size_t outlook_sums = 5, power_sums = 3, sum_count = 3 * (outlook_sums + power_sums) + 1,
-                      counter_count = 12;
-
-}  // namespace
 
 RunLead::RunLead(const HostRun& order, const PictureSpec& picture, double eps, Send send)
     : order_(order), send_(std::move(send)) {
@@ -29,7 +22,10 @@ RunLead::RunLead(const HostRun& order, const PictureSpec& picture, double eps, S
   BalancerOptions options;
   options.columns = picture.width, options.height = picture.height;
   options.workers = 0;
+  options.second_runs = true;
   for (const auto& [node, threads] : order.workers) options.workers += threads;
+  // One alone would get all columns as one job: none would be seen or kept before the end, none left for who joins.
+  options.workers = std::max(options.workers, 2u);
   balancer_ = std::make_unique<Balancer>(options);
 }
 
@@ -59,6 +55,12 @@ void RunLead::lose_workers(NodeId node, Instant now) {
     if (balancer_) balancer_->accept({ToBalancer{}, ToBalancer{}, WorkerLost{worker}}, now);
   }
   drive(now);
+}
+
+void RunLead::restore(std::vector<ColumnResult> columns, Instant now) {
+  MUST(balancer_ && !begun_);
+  for (ColumnResult& column : columns) balancer_->accept({ToBalancer{}, ToBalancer{}, std::move(column)}, now);
+  while (balancer_->has_work()) log_events(balancer_->step(now).events);
 }
 
 void RunLead::begin(Instant now) {
@@ -169,39 +171,6 @@ std::vector<CellReport> RunLead::cells() const {
     for (const auto& report : controller_->termination().latest())
       if (report) reports.push_back(*report);
   return reports;
-}
-
-Status put_images(Solution& solution, const std::map<CellId, CellImage>& images) {
-  CellsWanted wanted;
-  wanted.along = solution.options.cells;
-  const Expected<CellGrid> grid = partition(*solution.mesh, bounds(*solution.scene), wanted);
-  if (!grid) return grid.error();
-  const std::vector<std::vector<GroupId>> groups = groups_by_cell(*solution.mesh, *grid);
-  if (images.size() != groups.size()) return Error{ErrorCode::bad_input, "cells", "are not all here"};
-  CellOutlook outlook;
-  EnergyLedger energy;
-  for (const auto& [cell, image] : images) {
-    if (image.sums.size() != sum_count || image.counters.size() != counter_count)
-      return Error{ErrorCode::bad_input, "cell", "has other sums than expected"};
-    if (Status set = set_cell_values(solution, groups.at(cell.value), image.light); !set) return set;
-    const auto sum = [&](std::size_t k) {
-      return Rgb{image.sums[3 * k], image.sums[3 * k + 1], image.sums[3 * k + 2]};
-    };
-    outlook.add({sum(0), sum(1), sum(2), sum(3), sum(4), image.sums.back()});
-    energy.emitted += sum_channels(sum(5)), energy.absorbed += sum_channels(sum(6)),
-        energy.unshot += sum_channels(sum(7));
-    const auto& c = image.counters;
-    SolveCounters own;
-    own.shots = c[0], own.rays = c[1], own.rays_saved = c[2], own.form_factors = c[3], own.messages = c[4],
-    own.bytes_sent = c[5];
-    own.bitmap_bytes = c[6], own.bitmap_bytes_raw = c[7], own.cells_skipped = c[8], own.clusters_tested = c[9];
-    own.clusters_hidden = c[10], own.clusters_cut = c[11];
-    solution.counters += own;
-  }
-  energy.escaped = solution.energy.escaped;
-  solution.energy = energy;
-  set_pending(solution, expected_light(outlook));
-  return Done{};
 }
 
 }  // namespace lichthof::actors

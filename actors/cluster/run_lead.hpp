@@ -10,7 +10,6 @@
 
 #include "actors/cluster/cluster_messages.hpp"
 #include "core/cluster/controller.hpp"
-#include "core/light/solution.hpp"
 #include "core/tracing/balancer.hpp"
 
 namespace lichthof::actors {
@@ -35,6 +34,8 @@ class RunLead {
   std::map<NodeId, std::pair<std::uint32_t, std::uint32_t>> add_workers(const HostRun& order);
   void lose_workers(NodeId node, Instant now);
 
+  /// Columns that were finished before: the picture begins without them.
+  void restore(std::vector<ColumnResult> columns, Instant now);
   void begin(Instant now);
   void take_checkpoint(Instant now);
   /// What a node says in the name of machines that it does not host is ignored.
@@ -67,9 +68,5 @@ class RunLead {
   std::map<CellId, CellImage> images_;
   Wants due_ = Wants::nothing;
 };
-
-/// Puts images of all cells into a solution: light, pending light, energy without what escaped, counters added.
-/// @error bad_input: an image that does not fit
-Status put_images(Solution& solution, const std::map<CellId, CellImage>& images);
 
 }  // namespace lichthof::actors

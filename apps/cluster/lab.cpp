@@ -34,6 +34,8 @@ using actors::NodeView;
 constexpr std::chrono::milliseconds view_lives = 200ms, picture_lives = 60s;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
 constexpr std::uint32_t most_pixels = 1u << 28;
+/// A node's process with the whole solution, beside what each of its patches takes.
+constexpr std::uint64_t process_bytes = 64u << 20, bytes_per_element = 200;
 
 Error no_job(std::uint64_t id) { return {ErrorCode::bad_input, "job " + std::to_string(id), "there is none"}; }
 
@@ -292,9 +294,10 @@ nlohmann::json Lab::nodes() {
     all.push_back({{"id", node.id.value},
                    {"name", node.node.facts.name},
                    {"host", node.host},
-                   {"state", node.node.draining  ? "draining"
-                             : node.jobs.empty() ? "idle"
-                                                 : "busy"},
+                   {"state", node.node.draining         ? "draining"
+                             : node.node.pace.is_slow() ? "slow"
+                             : node.jobs.empty()        ? "idle"
+                                                        : "busy"},
                    {"cores", node.node.facts.cores},
                    {"rays_per_s", rays_per_s},
                    {"measured_rays_per_s", node.node.facts.rays_per_s * node.node.facts.cores},
@@ -431,7 +434,7 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   order.wish.radiosity = has_first_pass(what->method);
   order.wish.grid = grid->size();
   order.wish.patches = patch_counts(*solution.mesh, *grid);
-  order.wish.base_bytes = 200u << 20;
+  order.wish.base_bytes = process_bytes + bytes_per_element * solution.mesh->elements.size();
   order.picture = what->picture;
   order.eps = what->eps;
   order.owner = caller.name.substr(0, 100);

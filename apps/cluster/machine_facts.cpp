@@ -10,6 +10,7 @@
 #include <fstream>
 #include <vector>
 
+#include "apps/cluster/memory_room.hpp"
 #include "core/base/random.hpp"
 #include "core/light/raycast.hpp"
 
@@ -97,8 +98,8 @@ double measured_rays_per_s() {
   return best;
 }
 
-std::uint64_t total_memory_bytes() { return kilobytes_at("/proc/meminfo", "MemTotal:"); }
-std::uint64_t free_memory_bytes() { return kilobytes_at("/proc/meminfo", "MemAvailable:"); }
+std::uint64_t total_memory_bytes() { return memory_room().total_bytes; }
+std::uint64_t free_memory_bytes() { return memory_room().free_bytes; }
 std::uint64_t used_memory_bytes() { return kilobytes_at("/proc/self/status", "VmRSS:"); }
 
 std::string machine_name() {

@@ -8,8 +8,9 @@ namespace lichthof::apps {
 
 /// Of one core: packets of shadow rays in a furnished room. @cost 0.1 s
 double measured_rays_per_s();
+/// Of the machine, or of the narrowest control group around this process.
 std::uint64_t total_memory_bytes();
-/// What programs may still take without anything being written to disk.
+/// What may still be taken of it without anything being written to disk.
 std::uint64_t free_memory_bytes();
 /// Of this process.
 std::uint64_t used_memory_bytes();

@@ -49,6 +49,26 @@ void Dispatcher::node_reported(NodeId node, std::uint64_t free_memory_bytes, Ins
   found->second.foreign_bytes = foreign;
 }
 
+void Dispatcher::node_paced(NodeId node, double share, Instant now) {
+  const auto found = nodes_.find(node);
+  if (found == nodes_.end()) return;
+  std::set<NodeId> at_work;
+  for (const auto& [id, job] : jobs_)
+    if (job.run)
+      for (const auto& [other, hosted] : job.run->shares)
+        if (other != node && hosted.hosted) at_work.insert(other);
+  std::vector<double> others;
+  for (const NodeId other : at_work) others.push_back(nodes_.at(other).pace.share());
+  std::sort(others.begin(), others.end());
+  const double usual = others.empty() ? 1 : others[others.size() / 2];
+  if (!found->second.pace.measured(share, usual, options_.pace, now)) return;
+  is_changed_ = true;
+  if (!found->second.pace.is_slow()) return;
+  // The sooner its cells leave the better.
+  for (auto& [id, job] : jobs_)
+    if (job.run && job.run->checkpoint_at && job.run->shares.contains(node)) job.run->checkpoint_at = now;
+}
+
 void Dispatcher::node_left(NodeId node, const std::string& reason, Instant now) {
   if (nodes_.contains(node)) lose(node, reason, true, now);
 }
@@ -115,6 +135,12 @@ void Dispatcher::lose_share(JobId id, LabJob& job, NodeId node, const std::strin
 void Dispatcher::expire_leases(Instant now) {
   // Who was not stepped when it asked to be has heard nobody: the silence was its own.
   const bool was_asleep = promised_at_ && now > *promised_at_ + options_.lease;
+  if (was_asleep)
+    for (auto& [id, job] : jobs_)
+      if (job.run) {
+        for (auto& [node, share] : job.run->shares) share.due = now + options_.hosting_lease;
+        if (job.run->checkpoint_due) job.run->checkpoint_due = now + options_.checkpoint_lease;
+      }
   std::vector<NodeId> silent;
   for (auto& [id, node] : nodes_) {
     if (was_asleep) node.heard = now;
@@ -124,6 +150,28 @@ void Dispatcher::expire_leases(Instant now) {
   for (const NodeId node : silent) {
     due_.orders.push_back(DropNode{node, reason});
     lose(node, reason, true, now);
+  }
+}
+
+/// Orders that were not answered in their time.
+void Dispatcher::expire_orders(Instant now) {
+  for (auto& [id, job] : jobs_) {
+    if (!job.run) continue;
+    std::vector<NodeId> late;
+    for (const auto& [node, share] : job.run->shares)
+      if (!share.hosted && now >= share.due) late.push_back(node);
+    const Epoch epoch = job.run->epoch;
+    for (const NodeId node : late) {
+      if (!job.run) break;
+      if (job.run->pass == Pass::picture) due_.orders.push_back(ReleaseRun{id, epoch, node});
+      host_failed(node, id, epoch, "did not host it within " + seconds(options_.hosting_lease), nodes_.at(node).heard);
+    }
+    if (!job.run || !job.run->checkpoint_due || now < *job.run->checkpoint_due) continue;
+    const std::string reason = "its cells answered no checkpoint within " + seconds(options_.checkpoint_lease);
+    if (++job.stuck >= options_.most_stuck)
+      end(id, job, JobState::failed, reason + ", " + std::to_string(job.stuck) + " times in a row");
+    else
+      requeue(id, job, reason);
   }
 }
 
@@ -165,6 +213,7 @@ Status Dispatcher::retry(JobId id, Instant) {
   job.lost_nodes.clear();
   job.lost_at.reset();
   job.unsuited.clear();
+  job.stuck = 0;
   due_.records.push_back(journal::Retried{id});
   is_changed_ = true;
   return Done{};
@@ -220,7 +269,15 @@ void Dispatcher::hosted(NodeId node, JobId id, Epoch epoch, Instant now) {
   if (share == job->run->shares.end()) return;
   share->second.hosted = true;
   share->second.awaited = false;
+  if (!job->run->begin_at) job->run->begin_at = now + options_.gathering;
   is_changed_ = true;
+}
+
+void Dispatcher::still_hosting(NodeId node, JobId id, Epoch epoch, Instant now) {
+  LabJob* job = job_at(id, epoch);
+  if (!job) return;
+  if (const auto share = job->run->shares.find(node); share != job->run->shares.end())
+    share->second.due = now + options_.hosting_lease;
 }
 
 void Dispatcher::host_failed(NodeId node, JobId id, Epoch epoch, const std::string& reason, Instant now) {
@@ -234,13 +291,20 @@ void Dispatcher::host_failed(NodeId node, JobId id, Epoch epoch, const std::stri
     requeue(id, *job, nodes_.at(node).facts.name + " could not host it: " + reason);
 }
 
+void Dispatcher::still_keeping(JobId id, Epoch epoch, Instant now) {
+  if (LabJob* job = job_at(id, epoch); job && job->run->checkpoint_due)
+    job->run->checkpoint_due = now + options_.checkpoint_lease;
+}
+
 void Dispatcher::checkpoint_kept(JobId id, Epoch epoch, Instant now) {
   LabJob* job = job_at(id, epoch);
   if (!job || !job->run->begun || job->run->pass != Pass::radiosity) return;
   due_.records.push_back(journal::CheckpointKept{id});  // each of them: what is written beside it names the light
   job->has_checkpoint = true;
   job->run->checkpoint_at = now + options_.checkpoint_every;
+  job->run->checkpoint_due.reset();
   job->run->may_move = true;
+  job->stuck = 0;
   is_changed_ = true;
 }
 
@@ -248,6 +312,7 @@ void Dispatcher::checkpoint_failed(JobId id, Epoch epoch, Instant now) {
   LabJob* job = job_at(id, epoch);
   if (!job || !job->run->begun || job->run->pass != Pass::radiosity || job->run->checkpoint_at) return;
   job->run->checkpoint_at = now + options_.checkpoint_every;
+  job->run->checkpoint_due.reset();
   is_changed_ = true;
 }
 
@@ -273,6 +338,7 @@ bool Dispatcher::has_work(Instant now) const {
 
 Dispatched Dispatcher::step(Instant now) {
   expire_leases(now);
+  expire_orders(now);
   plan(now);
   is_changed_ = false;
   promised_at_ = next_wake();

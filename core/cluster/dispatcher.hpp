@@ -9,6 +9,8 @@
 ///   the lab itself (too small, drained, foreign programs in its memory) lets others pass.
 /// - Radiosity loses a node: all is released and hosted anew from the last checkpoint under a new epoch. The picture loses
 ///   one: the balancer gives its columns to others; only without any worker left it is hosted anew.
+/// - Nothing is waited for without end: a share that is not hosted, a checkpoint that is not answered have their leases.
+/// - A node that has become slow (core/cluster/pace) is left at the next checkpoint, which is asked for at once.
 /// - The calls file what happened and release what is lost; `step` decides and gives the orders. A call about an epoch that
 ///   is not the job's present one is ignored: nothing counts twice.
 #pragma once
@@ -31,6 +33,14 @@ struct DispatcherOptions {
   Duration lease{10'000'000'000};            ///< a node silent for as long is lost
   Duration checkpoint_every{5'000'000'000};  ///< while radiosity runs
   Duration patience{60'000'000'000};         ///< a job that the whole lab could not hold for as long fails
+  /// A node that has not hosted its share after as long, nor fetched more of what it needs, is not suited for the job.
+  Duration hosting_lease{300'000'000'000};
+  /// A job whose checkpoint is not answered for as long is placed anew,
+  Duration checkpoint_lease{120'000'000'000};
+  std::uint32_t most_stuck = 3;              ///< and fails after as many in a row
+  Duration gathering{2'000'000'000};         ///< a picture begins so long after its first node is ready, whoever is late
+  Duration settling{10'000'000'000};         ///< cells stay as long before they move for speed
+  PaceOptions pace;
   std::uint32_t most_node_kills = 3;         ///< a job that loses as many nodes fails
   Duration lost_together{3'000'000'000};     ///< nodes lost within as long count once: they were cut off
   std::uint32_t most_running_jobs = 8;
@@ -56,6 +66,8 @@ class Dispatcher {
   // Nodes. What a stranger reports is ignored: it has been dropped and will join again.
   void node_joined(NodeId node, const NodeFacts& facts, Instant now);
   void node_reported(NodeId node, std::uint64_t free_memory_bytes, Instant now);
+  /// @param share  of a core that its actors got while they had work; @see core/cluster/pace
+  void node_paced(NodeId node, double share, Instant now);
   void node_left(NodeId node, const std::string& reason, Instant now);
   /// From now on no new work; what is there moves on, cells at the next checkpoint. NodeDrained says when nothing is left.
   /// It holds for the node's name: also after a restart of the controller, and when the node joins anew.
@@ -79,8 +91,12 @@ class Dispatcher {
 
   // Runs.
   void hosted(NodeId node, JobId job, Epoch epoch, Instant now);
+  /// It is still fetching what it needs for its share.
+  void still_hosting(NodeId node, JobId job, Epoch epoch, Instant now);
   /// The node can not host its share (out of memory): it is not asked again for this job while it stays.
   void host_failed(NodeId node, JobId job, Epoch epoch, const std::string& reason, Instant now);
+  /// Light of its cells is coming in, or being written.
+  void still_keeping(JobId job, Epoch epoch, Instant now);
   void checkpoint_kept(JobId job, Epoch epoch, Instant now);
   /// The next one is asked for in its turn.
   void checkpoint_failed(JobId job, Epoch epoch, Instant now);
@@ -120,15 +136,16 @@ class Dispatcher {
   void requeue(JobId id, LabJob& job, const std::string& reason);
   void end(JobId id, LabJob& job, JobState state, const std::string& reason);
   void expire_leases(Instant now);
+  void expire_orders(Instant now);
 
   // dispatcher_plan.cpp
   void plan(Instant now);
   bool start(JobId id, LabJob& job, Instant now);
-  void host(JobId id, LabJob& job, Place place);
+  void host(JobId id, LabJob& job, Place place, Instant now);
   void begin(JobId id, LabJob& job, Instant now);
   void ask_for_checkpoint(JobId id, LabJob& job, Instant now);
-  void move_cells(JobId id, LabJob& job);
-  void move_workers(JobId id, LabJob& job, bool is_memory_wanted);
+  void move_cells(JobId id, LabJob& job, Instant now);
+  void move_workers(JobId id, LabJob& job, bool is_memory_wanted, Instant now);
   void look_for_drained();
   void wait_for_the_lab(JobId id, LabJob& job, const Error& shortage, Instant now);
   Expected<Place> place(const LabJob& job, Room room) const;

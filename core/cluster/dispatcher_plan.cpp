@@ -32,7 +32,7 @@ void Dispatcher::plan(Instant now) {
   for (auto& [id, job] : jobs_)
     if (job.run) {
       begin(id, job, now);
-      move_cells(id, job);
+      move_cells(id, job, now);
       ask_for_checkpoint(id, job, now);
       ++running;
     }
@@ -58,7 +58,7 @@ void Dispatcher::plan(Instant now) {
 
   for (auto& [id, job] : jobs_)
     if (job.run && job.run->pass == Pass::picture) {
-      move_workers(id, job, wants_memory.has_value());
+      move_workers(id, job, wants_memory.has_value(), now);
       begin(id, job, now);  // the one awaited may have been sent away
     }
   look_for_drained();
@@ -70,7 +70,7 @@ void Dispatcher::plan(Instant now) {
 bool Dispatcher::start(JobId id, LabJob& job, Instant now) {
   Expected<Place> found = place(job, Room::now);
   if (found) {
-    host(id, job, *std::move(found));
+    host(id, job, *std::move(found), now);
     return false;
   }
   if (place(job, Room::others_end)) {
@@ -134,7 +134,7 @@ std::vector<Seat> Dispatcher::seats(const LabJob& job, Room room) const {
     Seat seat;
     seat.node = id;
     seat.cores = std::max(1u, node.facts.cores);
-    seat.speed = seat.cores * (node.facts.rays_per_s > 0 ? node.facts.rays_per_s : slowest);
+    seat.speed = seat.cores * (node.facts.rays_per_s > 0 ? node.facts.rays_per_s : slowest) * node.pace.factor();
     const std::uint64_t taken = booked[id] + (room == Room::empty_lab ? 0 : node.foreign_bytes);
     seat.free_bytes = node.facts.memory_bytes - std::min(node.facts.memory_bytes, taken);
     seat.load = load[id];
@@ -143,7 +143,7 @@ std::vector<Seat> Dispatcher::seats(const LabJob& job, Room room) const {
   return seats;
 }
 
-void Dispatcher::host(JobId id, LabJob& job, Place place) {
+void Dispatcher::host(JobId id, LabJob& job, Place place, Instant now) {
   MUST(!job.run);
   job.epoch = Epoch{job.epoch.value + 1};
   due_.records.push_back(journal::EpochBegun{id, job.epoch});
@@ -151,6 +151,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
   HostedPass run;
   run.epoch = job.epoch;
   run.pass = job.pass;
+  run.hosted_at = now;
   run.nodes_of_cells = std::move(place.nodes_of_cells);
   std::map<NodeId, std::vector<CellId>> cells;
   for (std::uint32_t cell = 0; cell < run.nodes_of_cells.size(); ++cell) {
@@ -162,6 +163,7 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
   order.cells.assign(cells.begin(), cells.end());
   for (const auto& [node, threads] : place.workers) run.shares[node].bytes = worker_bytes(job.wish);
   order.workers = std::move(place.workers);
+  for (auto& [node, share] : run.shares) share.due = now + options_.hosting_lease;
   job.run = std::move(run);
   job.state = JobState::running;
   job.reason.clear();
@@ -172,12 +174,15 @@ void Dispatcher::host(JobId id, LabJob& job, Place place) {
 void Dispatcher::begin(JobId id, LabJob& job, Instant now) {
   HostedPass& run = *job.run;
   if (run.begun) return;
-  bool somebody_is_ready = false;
+  bool somebody_is_ready = false, is_awaited = false;
   for (const auto& [node, share] : run.shares) {
-    if (share.awaited) return;
+    is_awaited = is_awaited || share.awaited;
     somebody_is_ready = somebody_is_ready || share.hosted;
   }
-  if (!somebody_is_ready) return;
+  if (!somebody_is_ready) run.begin_at.reset();
+  // Cells need each other; ray workers do not, and one that hangs while it is hosted shall not keep the others idle.
+  const bool is_time = run.pass == Pass::picture && run.begin_at && now >= *run.begin_at;
+  if (!somebody_is_ready || (is_awaited && !is_time)) return;
   run.begun = true;
   if (run.pass == Pass::radiosity) run.checkpoint_at = now + options_.checkpoint_every;
   due_.orders.push_back(BeginPass{id, run.epoch, run.pass});
@@ -188,29 +193,35 @@ void Dispatcher::begin(JobId id, LabJob& job, Instant now) {
 void Dispatcher::ask_for_checkpoint(JobId id, LabJob& job, Instant now) {
   if (!job.run->checkpoint_at || now < *job.run->checkpoint_at) return;
   job.run->checkpoint_at.reset();
+  job.run->checkpoint_due = now + options_.checkpoint_lease;
   due_.orders.push_back(TakeCheckpoint{id, job.run->epoch});
 }
 
-/// Right after a checkpoint nothing is lost by hosting anew: away from draining nodes, or onto nodes that lie idle.
-void Dispatcher::move_cells(JobId id, LabJob& job) {
+/// Right after a checkpoint nothing is lost by hosting anew: away from draining and slow nodes, or onto nodes that lie idle.
+void Dispatcher::move_cells(JobId id, LabJob& job, Instant now) {
   if (!std::exchange(job.run->may_move, false)) return;
   const auto is_draining = [&](const auto& share) { return nodes_.at(share.first).draining; };
+  const auto is_slow = [&](const auto& share) { return nodes_.at(share.first).pace.is_slow(); };
   const auto& shares = job.run->shares;
   const bool has_to = std::any_of(shares.begin(), shares.end(), is_draining);
   const std::vector<Seat> all = seats(job, Room::now);
-  if (!has_to && shares.size() >= std::min(job.wish.patches.size(), all.size())) return;
+  const bool might_gain = shares.size() < std::min(job.wish.patches.size(), all.size()) ||
+                          std::any_of(shares.begin(), shares.end(), is_slow);
+  const bool has_settled = now >= job.run->hosted_at + options_.settling || job.moves == 0;
+  if (!has_to && !(might_gain && has_settled)) return;
   Expected<Place> found = place(job, Room::now);
   if (!found) return;
   const CellsToPlace cells = cells_of(job.wish);
   if (!has_to && finishing_time(cells, all, found->nodes_of_cells) >
                      worth_moving * finishing_time(cells, all, job.run->nodes_of_cells))
     return;
+  if (!has_to) ++job.moves;
   requeue(id, job, {});
-  host(id, job, *std::move(found));
+  host(id, job, *std::move(found), now);
 }
 
 /// Ray workers leave draining nodes once others are at work, and come to every node that has room.
-void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
+void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted, Instant now) {
   auto& shares = job.run->shares;
   const bool others_work = std::any_of(shares.begin(), shares.end(), [&](const auto& share) {
     return share.second.hosted && !nodes_.at(share.first).draining;
@@ -229,7 +240,7 @@ void Dispatcher::move_workers(JobId id, LabJob& job, bool is_memory_wanted) {
   HostRun order{id, job.run->epoch, Pass::picture, false, {}, {}};
   for (const auto& worker : found->workers)
     if (!job.run->sent_away.contains(worker.first) &&
-        shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false}).second)
+        shares.emplace(worker.first, Share{worker_bytes(job.wish), false, false, now + options_.hosting_lease}).second)
       order.workers.push_back(worker);
   if (!order.workers.empty()) due_.orders.push_back(std::move(order));
 }
@@ -250,7 +261,14 @@ std::optional<Instant> Dispatcher::next_wake() const {
   std::optional<Instant> earliest;
   for (const auto& [id, node] : nodes_) keep_earliest(earliest, node.heard + options_.lease);
   for (const auto& [id, job] : jobs_) {
-    if (job.run && job.run->checkpoint_at) keep_earliest(earliest, *job.run->checkpoint_at);
+    if (job.run) {
+      if (job.run->checkpoint_at) keep_earliest(earliest, *job.run->checkpoint_at);
+      if (job.run->checkpoint_due) keep_earliest(earliest, *job.run->checkpoint_due);
+      if (job.run->pass == Pass::picture && !job.run->begun && job.run->begin_at)
+        keep_earliest(earliest, *job.run->begin_at);
+      for (const auto& [node, share] : job.run->shares)
+        if (!share.hosted) keep_earliest(earliest, share.due);
+    }
     if (job.hopeless_since) keep_earliest(earliest, *job.hopeless_since + options_.patience);
   }
   return earliest;

@@ -18,6 +18,7 @@
 #include "core/base/expected.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/types.hpp"
+#include "core/cluster/pace.hpp"
 
 namespace lichthof {
 
@@ -149,6 +150,7 @@ struct LabNode {
   NodeFacts facts;
   Instant heard;                    ///< last sign of life
   std::uint64_t foreign_bytes = 0;  ///< taken by other programs, by its last report
+  Pace pace;
   bool draining = false, drained = false;
 };
 
@@ -157,6 +159,7 @@ struct Share {
   std::uint64_t bytes = 0;  ///< booked for it
   bool hosted = false;      ///< it said so
   bool awaited = true;      ///< the pass does not begin before it has
+  Instant due;              ///< when it must have said so
 };
 
 /// A pass of a job that is hosted, or being hosted.
@@ -168,8 +171,11 @@ struct HostedPass {
   std::map<NodeId, Share> shares;
   /// Nodes whose workers were sent away alone. What they said before may still be under way, so none return this epoch.
   std::set<NodeId> sent_away;
-  std::optional<Instant> checkpoint_at;  ///< absent: one is under way, or none is due in this pass
-  bool may_move = false;                 ///< a checkpoint has just been kept
+  std::optional<Instant> checkpoint_at;   ///< absent: one is under way, or none is due in this pass
+  std::optional<Instant> checkpoint_due;  ///< when the one under way must have been answered
+  bool may_move = false;                  ///< a checkpoint has just been kept
+  Instant hosted_at;                      ///< when the order was given
+  std::optional<Instant> begin_at;        ///< picture: when it begins with the nodes that are there
 };
 
 struct LabJob {
@@ -184,6 +190,8 @@ struct LabJob {
   std::optional<Instant> lost_at;          ///< the last of these
   std::map<NodeId, std::string> unsuited;  ///< nodes that could not host it, and why
   std::optional<Instant> hopeless_since;   ///< the whole lab could not hold it
+  std::uint32_t stuck = 0;                 ///< checkpoints in a row that nobody answered
+  std::uint32_t moves = 0;                 ///< of its cells, for speed
 };
 
 }  // namespace lichthof

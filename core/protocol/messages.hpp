@@ -94,7 +94,7 @@ struct ColumnResult {
   WorkerId worker;
   ColumnJob job;
   std::vector<Rgbf> pixels;
-  std::uint64_t rays = 0;
+  std::vector<std::uint64_t> rays;     ///< traced for each column: one that comes twice counts once
   double seconds = 0;                  ///< filled in by the driver, which has a clock
 };
 struct WorkerLost {

@@ -9,7 +9,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <set>
 #include <vector>
 
@@ -32,10 +31,14 @@ struct BalancerOptions {
   /// a T costs time, too large a one only messages. 4 leaves a factor of two for pictures more uneven than that.
   double time_ratio = 4.0;
   std::uint32_t boxes = 64;  ///< number of parts when scheduling boxes
+  /// An idle worker that finds nothing to hand out gets columns that another one still has, those out for longest first;
+  /// nobody a column that two have already. The first result counts. For workers that may hang, or become slow.
+  bool second_runs = false;
 };
 
 /// Messages in: JobRequest, ColumnResult, WorkerLost. Out: JobAssignment to workers. A request that finds nothing to hand
-/// out waits until the picture is finished: a lost worker's columns may come back.
+/// out waits until the picture is finished: a lost worker's columns may come back. A column counts once, with its rays,
+/// whoever traces it and how often.
 class Balancer {
  public:
   explicit Balancer(const BalancerOptions& options);
@@ -48,7 +51,10 @@ class Balancer {
   bool finished() const { return finished_columns_ == options_.columns; }
   std::uint32_t finished_columns() const { return finished_columns_; }
   std::uint32_t jobs_assigned() const { return jobs_; }
+  std::uint32_t second_runs() const { return second_runs_; }  ///< of those
   std::uint64_t rays() const { return rays_; }
+  bool is_finished(std::uint32_t column) const { return is_finished_[column] != 0; }
+  std::uint64_t rays(std::uint32_t column) const { return column_rays_[column]; }
   /// The film; columns not finished are black.
   const Image& image() const { return image_; }
 
@@ -57,22 +63,31 @@ class Balancer {
   void on(const ColumnResult& result, Effects& effects);
   void on(const WorkerLost& lost, Effects& effects);
   void serve_waiting(Effects& effects);
-  void assign(WorkerId worker, Effects& effects);
-  std::uint32_t next_size() const;
+  ColumnJob next_job();
+  ColumnJob second_run(WorkerId worker) const;
+  void assign(WorkerId worker, const ColumnJob& job, Effects& effects);
+  std::uint32_t next_size();
   void return_to_pool(const ColumnJob& job);
   void take_back(WorkerId worker);
+  /// Per column: how many have it.
+  std::vector<std::uint8_t> holders() const;
 
+  struct HandedOut {
+    WorkerId worker;
+    ColumnJob job;
+  };
   BalancerOptions options_;
   std::deque<Message> inbox_;
-  std::vector<ColumnJob> pool_;                          ///< not handed out, ascending, disjoint
-  std::uint32_t work_load_ = 0;                          ///< columns in the pool
-  std::map<WorkerId, std::vector<ColumnJob>> assigned_;  ///< handed out, not finished
+  std::vector<ColumnJob> pool_;      ///< nobody has them, ascending, disjoint
+  std::uint32_t work_load_ = 0;      ///< columns in the pool
+  std::vector<HandedOut> assigned_;  ///< in the order they were handed out; their results have not come
   std::deque<WorkerId> waiting_;
   std::set<WorkerId> known_, refused_;  ///< workers at hand; workers that sent nonsense
   std::uint32_t workers_;               ///< N
-  std::uint32_t first_round_left_, first_round_size_;
-  std::vector<std::uint8_t> is_finished_;  ///< per column
-  std::uint32_t finished_columns_ = 0, jobs_ = 0;
+  std::uint32_t first_round_left_, first_round_size_ = 1;
+  std::vector<std::uint8_t> is_finished_;   ///< per column
+  std::vector<std::uint64_t> column_rays_;  ///< likewise
+  std::uint32_t finished_columns_ = 0, jobs_ = 0, second_runs_ = 0;
   std::uint64_t rays_ = 0;
   Image image_;
 };

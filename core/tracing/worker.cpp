@@ -22,7 +22,7 @@ void Worker::accept(const Envelope& envelope, Instant) {
   job_ = assignment->job;
   traced_ = job_.first;
   pixels_.clear();
-  rays_ = 0;
+  rays_.clear();
 }
 
 Effects Worker::step(Instant) {
@@ -33,19 +33,21 @@ Effects Worker::step(Instant) {
     effects.outbox.push_back({id_, ToBalancer{}, JobRequest{id_}});
     return effects;
   }
-  const ColumnJob slice{traced_, std::min(traced_ + columns_per_step_, job_.last)};
-  std::uint64_t rays = 0;
-  const std::vector<Rgbf> pixels = source_->columns(slice, rays);
-  MUST(pixels.size() == std::size_t{slice.size()} * source_->height());
-  pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
-  rays_ += rays;
-  traced_ = slice.last;
-  effects.work.rays = rays;
-  effects.work.pixels_traced = pixels.size();
+  const std::uint32_t last = std::min(traced_ + columns_per_step_, job_.last);
+  for (; traced_ < last; ++traced_) {
+    std::uint64_t rays = 0;
+    const std::vector<Rgbf> column = source_->columns({traced_, traced_ + 1}, rays);
+    MUST(column.size() == source_->height());
+    pixels_.insert(pixels_.end(), column.begin(), column.end());
+    rays_.push_back(rays);
+    effects.work.rays += rays;
+    effects.work.pixels_traced += column.size();
+  }
   if (traced_ == job_.last) {
-    effects.outbox.push_back({id_, ToBalancer{}, ColumnResult{id_, job_, std::move(pixels_), rays_, 0}});
+    effects.outbox.push_back({id_, ToBalancer{}, ColumnResult{id_, job_, std::move(pixels_), std::move(rays_), 0}});
     effects.outbox.push_back({id_, ToBalancer{}, JobRequest{id_}});
     pixels_.clear();
+    rays_.clear();
   }
   return effects;
 }

@@ -30,7 +30,7 @@ class Worker {
   ColumnJob job_;
   std::uint32_t traced_ = 0;  ///< columns of the job before this one are done
   std::vector<Rgbf> pixels_;
-  std::uint64_t rays_ = 0;
+  std::vector<std::uint64_t> rays_;  ///< per column
   bool asked_ = false, resting_ = false;
 };
 

@@ -96,7 +96,8 @@ class Lab {
     lead = std::move(*started);
   }
 
-  void start(const std::string& name) {
+  /// @param change  of the node's options
+  void start(const std::string& name, const std::function<void(NodeOptions&)>& change = {}) {
     NodeOptions options;
     options.link.own = {name, Role::node};
     options.lead_host = "127.0.0.1", options.lead_port = lead->port();
@@ -105,6 +106,7 @@ class Lab {
     options.read_solution = io::read_solution;
     options.free_memory_bytes = [] { return 4ull << 30; };
     options.used_memory_bytes = [] { return 0ull; };
+    if (change) change(options);
     Node& node = nodes_[name];
     node.stop = std::make_unique<std::atomic<bool>>(false);
     node.thread = std::thread([options, stop = node.stop.get()] { CHECK(run_node(options, *stop)); });
@@ -304,5 +306,83 @@ TEST_SUITE("cluster") {
     CHECK(lab.files("results") == 3);
     CHECK(lab.files("blobs") <= 6);  // the first and the fourth began with the same
     CHECK(!lab.lead->picture(second));
+  }
+
+  TEST_CASE("cluster: a picture goes on from its finished columns when the controller restarts") {
+    Lab lab;
+    lab.start("anna");
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.size() == 1; }));
+    JobOrder order = lab.order(unlit({1, 1, 1}));
+    order.picture.samples = 256;
+    const Expected<JobId> id = lab.lead->submit(order);
+    REQUIRE(id);
+    REQUIRE(lab.until([&] { return lab.job(*id).columns_done >= 8 || has_ended(lab.job(*id).job.state); }));
+    const std::uint16_t port = lab.lead->port();
+    lab.lead.reset();
+    lab.start_lead(port);
+    std::uint32_t first_seen = 0;
+    std::uint64_t rays_seen = 0;
+    REQUIRE(lab.until([&] {
+      const JobView job = lab.job(*id);
+      if (first_seen == 0) first_seen = job.columns_done;
+      rays_seen = std::max(rays_seen, job.rays);
+      return has_ended(job.job.state);
+    }));
+    REQUIRE(lab.job(*id).job.state == JobState::done);
+    CHECK(first_seen >= 8);
+
+    const Solution far = lab.light_of(*id);
+    PictureWish wish;
+    wish.camera = camera();
+    wish.width = 48, wish.height = 32, wish.samples = 256;
+    std::uint64_t rays = 0;
+    const std::vector<Rgbf> expected = picture_source(std::make_shared<LitScene>(far), wish)->columns({0, 48}, rays);
+    CHECK(rays_seen > 0);
+    CHECK(rays_seen <= rays);
+    const Expected<io::Image> picture = io::read_image(lab.result(*id));
+    REQUIRE(picture);
+    for (std::uint32_t column = 0; column < 48; ++column)
+      for (std::uint32_t row = 0; row < 32; ++row)
+        REQUIRE(picture->rgb[3 * (std::size_t{row} * 48 + column)] == expected[std::size_t{column} * 32 + row].x);
+  }
+
+  TEST_CASE("cluster: a node without memory for its share refuses it, and the job waits and says why") {
+    Lab lab;
+    lab.start("anna", [](NodeOptions& options) { options.free_memory_bytes = [] { return 100'000'000ull; }; });
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.size() == 1; }));
+    JobOrder order = lab.order(unlit({1, 1, 1}));
+    order.wish.base_bytes = 1'000'000'000;
+    const Expected<JobId> id = lab.lead->submit(order);
+    REQUIRE(id);
+    const auto said = [&](const std::string& what) { return lab.job(*id).job.reason.find(what) != std::string::npos; };
+    // Before its first report the lab counts on all of its memory; the node knows better.
+    REQUIRE(lab.until([&] { return said("free") || said("waits"); }));
+    CHECK(lab.job(*id).job.state == JobState::queued);
+    CHECK(!lab.job(*id).job.run);
+  }
+
+  TEST_CASE("cluster: a node told to end while it loads a run ends within seconds") {
+    Lab lab;
+    std::atomic<bool> is_loading = false, is_over = false;
+    std::atomic<unsigned> abandoned = 0;
+    lab.start("anna", [&](NodeOptions& options) {
+      options.read_solution = [&](const std::string& path) {
+        is_loading = true;
+        while (!is_over) std::this_thread::sleep_for(10ms);
+        return io::read_solution(path);
+      };
+      // A process would end here.
+      options.abandon = [&] {
+        ++abandoned;
+        is_over = true;
+      };
+    });
+    REQUIRE(lab.until([&] { return lab.lead->view().nodes.size() == 1; }));
+    REQUIRE(lab.lead->submit(lab.order(unlit({1, 1, 1}))));
+    REQUIRE(lab.until([&] { return is_loading.load(); }));
+    const auto begin = std::chrono::steady_clock::now();
+    lab.stop("anna");
+    CHECK(std::chrono::steady_clock::now() - begin < 15s);  // promised: 5 s on a machine that is not busy
+    CHECK(abandoned == 1);
   }
 }

@@ -48,7 +48,7 @@ std::vector<Message> samples() {
           JobRequest{WorkerId{8}},
           JobAssignment{{10, 20}, false},
           JobAssignment{{}, true},
-          ColumnResult{WorkerId{1}, {4, 6}, {Rgbf{1.f}, Rgbf{INFINITY}, Rgbf{1e-42f}, Rgbf{-0.f}}, 123, 0.5},
+          ColumnResult{WorkerId{1}, {4, 6}, {Rgbf{1.f}, Rgbf{INFINITY}, Rgbf{1e-42f}, Rgbf{-0.f}}, {123, 45}, 0.5},
           WorkerLost{WorkerId{6}}};
 }
 
@@ -60,7 +60,8 @@ std::size_t list_bytes(const Message& message) {
     for (const ShotPatch& patch : light->shot->patches)
       sum += sizeof patch + 16 * patch.corners.capacity() + 12 * patch.delta.capacity() + 4 * patch.area.capacity();
   }
-  if (const auto* result = std::get_if<ColumnResult>(&message)) sum += 12 * result->pixels.capacity();
+  if (const auto* result = std::get_if<ColumnResult>(&message))
+    sum += 12 * result->pixels.capacity() + 8 * result->rays.capacity();
   return sum;
 }
 

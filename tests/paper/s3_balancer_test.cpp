@@ -94,7 +94,8 @@ Outcome played(const BalancerOptions& options, const std::vector<double>& cost, 
     if (const auto job = busy_with.find(next.worker); job != busy_with.end()) {
       std::vector<Rgbf> pixels(job->second.size());
       for (std::uint32_t i = 0; i < pixels.size(); ++i) pixels[i] = Rgbf{static_cast<float>(job->second.first + i)};
-      tell(ColumnResult{WorkerId{next.worker}, job->second, pixels, 0, 0}, next.at);
+      tell(ColumnResult{WorkerId{next.worker}, job->second, pixels, std::vector<std::uint64_t>(pixels.size(), 1), 0},
+           next.at);
       busy_with.erase(next.worker);
     }
     outcome.seconds = std::max(outcome.seconds, next.at);

@@ -142,6 +142,17 @@ TEST_SUITE("system") {
     }
   }
 
+  TEST_CASE("lab: a node stopped during the picture, and going on later, leaves the picture as it is") {
+    RealLab lab({"anna", "bert", "carl"});
+    const std::string id = lab.submit("1e-3");
+    REQUIRE(lab.until([&] { return lab.is_in(id, "picture") || lab.is_over(id); }));
+    lab.node("bert").signal(SIGSTOP);
+    pause_s(3);
+    lab.node("bert").signal(SIGCONT);
+    lab.expect_done(id);
+    CHECK(lab.node_count() == 3);
+  }
+
   TEST_CASE("lab: a controller killed with -9 at any moment takes its jobs up again") {
     RealLab lab({"anna", "bert"});
     const Course whole = undisturbed(lab, "1e-5");

@@ -315,6 +315,116 @@ TEST_SUITE("dispatcher") {
     CHECK(lab.step().orders.empty());
   }
 
+  TEST_CASE("dispatcher: cells leave a node that has become slow, at a checkpoint that is asked for at once") {
+    RunningLab lab;
+    lab.join(3, facts("c"));
+    const auto pace = [&](double slow) {
+      lab.step(1e-9 * double(lab.now.ns) + 1);
+      for (const std::uint32_t node : {2u, 3u}) lab.dispatcher.node_paced(NodeId{node}, 0.9, lab.now);
+      lab.dispatcher.node_paced(NodeId{1}, slow, lab.now);
+      return lab.step();
+    };
+    // Once is chance; everybody at once is the lab.
+    CHECK(given<TakeCheckpoint>(pace(0.1)).empty());
+    CHECK(given<TakeCheckpoint>(pace(0.9)).empty());
+    CHECK(given<TakeCheckpoint>(pace(0.1)).empty());
+    CHECK(given<TakeCheckpoint>(pace(0.1)).size() == 1);
+    lab.dispatcher.checkpoint_kept(lab.id, lab.epoch(), lab.now);
+    auto hosts = given<HostRun>(lab.step());
+    REQUIRE(hosts.size() == 1);
+    CHECK(hosts[0].from_checkpoint);
+    REQUIRE(hosts[0].cells.size() == 2);
+    CHECK(hosts[0].cells[0].first == NodeId{2});
+    CHECK(hosts[0].cells[1].first == NodeId{3});
+    lab.host_all(lab.id);
+    // Well again, it is trusted after its probation; nothing moves before, and not for nothing.
+    while (lab.now < at(4 + 19)) {
+      pace(1);
+      CHECK(lab.dispatcher.nodes().at(NodeId{1}).pace.is_slow());
+      CHECK(given<HostRun>(lab.last).empty());
+      if (!given<TakeCheckpoint>(lab.last).empty()) lab.dispatcher.checkpoint_kept(lab.id, lab.epoch(), lab.now);
+    }
+    for (int k = 0; k < 6; ++k) pace(1);
+    CHECK(!lab.dispatcher.nodes().at(NodeId{1}).pace.is_slow());
+    CHECK(lab.job(lab.id).moves == 1);
+  }
+
+  TEST_CASE("dispatcher: a lab that is slow as a whole moves nothing") {
+    RunningLab lab;
+    for (int k = 1; k < 10; ++k) {
+      lab.step(k);
+      for (const std::uint32_t node : {1u, 2u}) lab.dispatcher.node_paced(NodeId{node}, 0.2, lab.now);
+      lab.step();
+      for (const auto& [id, node] : lab.dispatcher.nodes()) CHECK(!node.pace.is_slow());
+    }
+  }
+
+  TEST_CASE("dispatcher: who does not host its share in time is not suited; what goes on may last") {
+    DispatcherOptions options;
+    options.hosting_lease = {20'000'000'000};
+    Lab lab(options);
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(), lab.now);
+    lab.step();
+    lab.dispatcher.hosted(NodeId{1}, id, Epoch{1}, lab.now);
+    lab.step(15);
+    lab.dispatcher.still_hosting(NodeId{2}, id, Epoch{1}, lab.now);
+    for (int second = 16; second < 35; ++second) CHECK(lab.step(second).orders.empty());
+    lab.step(35);
+    CHECK(lab.job(id).unsuited.at(NodeId{2}) == "did not host it within 20 s");
+    const auto hosts = given<HostRun>(lab.last);
+    REQUIRE(hosts.size() == 1);
+    REQUIRE(hosts[0].cells.size() == 1);
+    CHECK(hosts[0].cells[0].first == NodeId{1});
+    // Nobody left that could: it fails by name.
+    for (int second = 36; second < 130; ++second) lab.step(second);
+    CHECK(lab.job(id).state == JobState::failed);
+    CHECK(lab.job(id).reason.find("b: did not host it within 20 s") != std::string::npos);
+  }
+
+  TEST_CASE("dispatcher: a checkpoint that nobody answers has the job placed anew, three in a row fail it") {
+    DispatcherOptions options;
+    options.checkpoint_lease = {10'000'000'000};
+    RunningLab lab(wish(), options);
+    double second = 0;
+    const auto until_asked = [&] {
+      while (given<TakeCheckpoint>(lab.step(++second)).empty()) REQUIRE(second < 100);
+    };
+    until_asked();
+    for (int k = 0; k < 5; ++k) CHECK(lab.step(++second).orders.empty());
+    lab.dispatcher.still_keeping(lab.id, lab.epoch(), lab.now);
+    for (int k = 0; k < 9; ++k) CHECK(lab.step(++second).orders.empty());
+    lab.step(++second);
+    CHECK(given<ReleaseRun>(lab.last).size() == 1);
+    CHECK(given<HostRun>(lab.last).size() == 1);
+    CHECK(lab.epoch() == Epoch{2});
+    lab.host_all(lab.id);
+    until_asked();
+    lab.dispatcher.checkpoint_kept(lab.id, lab.epoch(), lab.now);
+    for (int k = 0; k < 3; ++k) {
+      CHECK(lab.job(lab.id).state == JobState::running);
+      until_asked();
+      for (int wait = 0; wait < 10; ++wait) lab.step(++second);
+      if (k < 2) lab.host_all(lab.id);
+    }
+    CHECK(lab.job(lab.id).state == JobState::failed);
+    CHECK(lab.job(lab.id).reason == "its cells answered no checkpoint within 10 s, 3 times in a row");
+  }
+
+  TEST_CASE("dispatcher: a picture begins without a node that hangs while it is hosted") {
+    Lab lab;
+    lab.join(1, facts("a"));
+    lab.join(2, facts("b"));
+    const JobId id = *lab.dispatcher.submit(wish(false, true), lab.now);
+    lab.step();
+    lab.dispatcher.hosted(NodeId{1}, id, Epoch{1}, lab.now);
+    CHECK(given<BeginPass>(lab.step(1)).empty());
+    CHECK(given<BeginPass>(lab.step(2)).size() == 1);
+    lab.dispatcher.hosted(NodeId{2}, id, Epoch{1}, lab.now);
+    CHECK(lab.step().orders.empty());
+  }
+
   TEST_CASE("dispatcher: checkpoints are asked for in their turn, one at a time") {
     RunningLab lab;
     CHECK(lab.step(4.9).orders.empty());
