@@ -27,8 +27,8 @@ static void fields(Codec& c, Field<Codec, Welcome> message) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, NodeReport> message) {
-  auto& [busy, free, used, actors] = message;
-  c(busy, free, used);
+  auto& [busy, free, used, shots, rays, actors] = message;
+  c(busy, free, used, shots, rays);
   c.list(actors, max_actors);
 }
 template <class Codec>
@@ -101,6 +101,11 @@ static void fields(Codec& c, Field<Codec, BlobPart> message) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, Dismissed> message) {
+  auto& [reason] = message;
+  c(reason);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, Leaving> message) {
   auto& [reason] = message;
   c(reason);
 }

@@ -229,6 +229,12 @@ std::uint64_t HostedRun::processed(CellId cell) const {
   return found == cells_.end() ? 0 : found->second->processed.load();
 }
 
+HostedRun::Work HostedRun::work() const {
+  Work sum;
+  for (const auto& [id, hosted] : cells_) sum.shots += hosted->shots, sum.rays += hosted->rays;
+  return sum;
+}
+
 std::vector<std::string> HostedRun::load() const {
   std::vector<std::string> lines;
   for (const auto& meter : meters_->all()) {

@@ -46,6 +46,11 @@ class HostedRun {
   void hold(bool is_held);
   /// Hemicube messages that a cell has dealt with so far.
   std::uint64_t processed(CellId cell) const;
+  /// What its cells have done so far.
+  struct Work {
+    std::uint64_t shots = 0, rays = 0;
+  };
+  Work work() const;
   /// A line per actor for monitoring: "name, job, busy_ns, depth, arrived, steps, shots, rays", apart by tabs.
   std::vector<std::string> load() const;
 

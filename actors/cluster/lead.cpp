@@ -105,6 +105,7 @@ class LeadState {
     node_of_[peer] = node;
     KnownNode& known = nodes_[node];
     known = {stranger->second.who.name,
+             stranger->second.version,
              peer,
              {node, stranger->second.host, stranger->second.port, stranger->second.boot_id},
              {}};
@@ -121,6 +122,11 @@ class LeadState {
     dispatcher_.node_reported(node, report.free_memory_bytes, clock_.now());
     if (!std::isfinite(report.busy_share)) report.busy_share = 0;
     nodes_[node].report = std::move(report);
+  }
+  void on(NodeId node, Leaving& leaving) {
+    spdlog::info("node {} ({}) leaves: {}", node.value, nodes_[node].name, leaving.reason);
+    forget(node);
+    dispatcher_.node_parted(node, leaving.reason.substr(0, 200), clock_.now());
   }
   void on(NodeId node, Hosted& hosted) { dispatcher_.hosted(node, hosted.job, hosted.epoch, clock_.now()); }
   void on(NodeId node, HostFailed& failed) {
@@ -182,7 +188,8 @@ class LeadState {
     for (const auto& [id, node] : dispatcher_.nodes()) {
       NodeView& seen = view.nodes.emplace_back();
       const KnownNode& known = nodes_[id];
-      seen.id = id, seen.node = node, seen.host = known.peer.host, seen.report = known.report;
+      seen.id = id, seen.node = node, seen.host = known.peer.host, seen.version = known.version;
+      seen.report = known.report;
       seen.seen_s = 1e-9 * static_cast<double>((now - node.heard).ns);
       for (const auto& counters : link_->monitor().peers())
         if (counters->peer == known.link) seen.bytes_in = counters->bytes_in, seen.bytes_out = counters->bytes_out;
@@ -266,7 +273,7 @@ class LeadState {
   }
 
   struct KnownNode {
-    std::string name;
+    std::string name, version;
     PeerId link;
     Peer peer;
     NodeReport report;

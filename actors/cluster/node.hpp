@@ -4,10 +4,12 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "actors/cluster/blob_cache.hpp"
 #include "actors/cluster/cluster_messages.hpp"
+#include "actors/cluster/node_counters.hpp"
 #include "actors/link/link.hpp"
 #include "core/light/solution.hpp"
 
@@ -25,9 +27,13 @@ struct NodeOptions {
   std::uint64_t cache_bytes = 8ull << 30;
   std::function<Expected<Solution>(const std::string& path)> read_solution;
   std::function<std::uint64_t()> free_memory_bytes, used_memory_bytes;
+  /// Asked twice a second: false while the node shall not work, for its owner is at the machine. None: it always may.
+  std::function<bool()> may_work;
+  std::shared_ptr<NodeCounters> counters = std::make_shared<NodeCounters>();
 };
 
-/// Runs until `stop` is set.
+/// Runs until `stop` is set. A node that stops, or may not work, takes its leave: its jobs go on elsewhere and do not count
+/// it as one they killed. When it may work again it joins again.
 /// @error bad_input, io: it could not begin: keys, address, cache. Afterwards nothing ends it but `stop`
 Status run_node(const NodeOptions& options, const std::atomic<bool>& stop);
 

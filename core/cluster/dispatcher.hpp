@@ -54,6 +54,8 @@ class Dispatcher {
   void node_joined(NodeId node, const NodeFacts& facts, Instant now);
   void node_reported(NodeId node, std::uint64_t free_memory_bytes, Instant now);
   void node_left(NodeId node, const std::string& reason, Instant now);
+  /// It goes by itself (its owner is back, it is being stopped): its jobs do not count it as a node they killed.
+  void node_parted(NodeId node, const std::string& reason, Instant now);
   /// From now on no new work; what is there moves on, cells at the next checkpoint. NodeDrained says when nothing is left.
   /// @error no such node
   Status drain(NodeId node, bool is_draining, Instant now);

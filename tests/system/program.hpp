@@ -57,6 +57,9 @@ class Process {
   /// Waits until stderr holds a text. @returns false when the program ended, or a minute passed, without it
   bool says(const std::string& text);
   void signal(int number);
+  pid_t id() const { return pid_; }
+  /// What it has said on stderr so far.
+  std::string said() const { return contents(folder_ / "err"); }
   /// Waits for the end, at most two minutes.
   Outcome finish();
 
