@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdint>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -26,28 +25,6 @@ std::uint64_t kilobytes_at(const char* path, const std::string& key) {
   while (file >> word)
     if (word == key && file >> value) return 1024 * value;
   return 0;
-}
-
-/// What the control groups around this process leave it (MemoryMax of its unit, a container): beyond, the kernel kills.
-struct Bounds {
-  std::uint64_t total = UINT64_MAX, free = UINT64_MAX;
-};
-Bounds bounds() {
-  std::ifstream groups("/proc/self/cgroup");
-  std::string line;
-  Bounds least;
-  while (std::getline(groups, line)) {
-    if (!line.starts_with("0::/")) continue;  // version 2 alone
-    for (std::string group = line.substr(3);; group.resize(group.rfind('/'))) {
-      std::ifstream max("/sys/fs/cgroup" + group + "/memory.max"),
-          current("/sys/fs/cgroup" + group + "/memory.current");
-      std::uint64_t most = 0, used = 0;
-      if (max >> most && current >> used)
-        least = {std::min(least.total, most), std::min(least.free, most - std::min(most, used))};
-      if (group.find_last_of('/') == std::string::npos || group.empty()) break;
-    }
-  }
-  return least;
 }
 
 std::string folder(const char* variable, const char* in_home) {
@@ -120,8 +97,8 @@ double measured_rays_per_s() {
   return best;
 }
 
-std::uint64_t total_memory_bytes() { return std::min(kilobytes_at("/proc/meminfo", "MemTotal:"), bounds().total); }
-std::uint64_t free_memory_bytes() { return std::min(kilobytes_at("/proc/meminfo", "MemAvailable:"), bounds().free); }
+std::uint64_t total_memory_bytes() { return kilobytes_at("/proc/meminfo", "MemTotal:"); }
+std::uint64_t free_memory_bytes() { return kilobytes_at("/proc/meminfo", "MemAvailable:"); }
 std::uint64_t used_memory_bytes() { return kilobytes_at("/proc/self/status", "VmRSS:"); }
 
 std::string machine_name() {

@@ -8,9 +8,8 @@ namespace lichthof::apps {
 
 /// Of one core: packets of shadow rays in a furnished room. @cost 0.1 s
 double measured_rays_per_s();
-/// Of the machine, or what its control groups allow this process.
 std::uint64_t total_memory_bytes();
-/// What may still be taken without anything being written to disk, or killed by the kernel.
+/// What programs may still take without anything being written to disk.
 std::uint64_t free_memory_bytes();
 /// Of this process.
 std::uint64_t used_memory_bytes();

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 
 namespace lichthof::apps {
@@ -134,10 +135,15 @@ std::optional<bool> OwnerWatch::has_active_desktop() {
 }
 
 void yield_to_everybody() {
+  // Both are of a thread; those that libraries have started before are not ours to know.
+  bool is_last = true;
   const sched_param none{};
-  const bool is_nice = ::setpriority(PRIO_PROCESS, 0, 19) == 0;
-  const bool is_last = ::sched_setscheduler(0, SCHED_IDLE, &none) == 0;
-  if (!is_nice || !is_last) spdlog::warn("this process could not be put behind all others");
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    const int thread = std::stoi(task.path().filename().string());
+    is_last &= ::setpriority(PRIO_PROCESS, static_cast<id_t>(thread), 19) == 0;
+    is_last &= ::sched_setscheduler(thread, SCHED_IDLE, &none) == 0;
+  }
+  if (!is_last) spdlog::warn("this process could not be put behind all others");
 }
 
 }  // namespace lichthof::apps

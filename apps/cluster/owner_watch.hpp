@@ -45,8 +45,7 @@ class OwnerWatch {
   sd_bus* bus_ = nullptr;
 };
 
-/// From now on the process runs when nobody else wants to, and so do the threads it starts.
-/// @pre no other thread is to be changed
+/// From now on the process runs when nobody else wants to, with all the threads that it has and starts.
 void yield_to_everybody();
 
 }  // namespace lichthof::apps

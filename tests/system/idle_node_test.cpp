@@ -38,35 +38,40 @@ class Owner {
 
 constexpr double at_once_s = 8;  // it looks twice a second; the rest is for a busy machine
 
+bool is_hosted(SmallLab& lab, const std::string& id) {
+  const nlohmann::json job = lab.job(id);
+  return job.value("state", "") == "running" && !job["nodes"].empty();
+}
 bool is_over(const std::string& state) { return state == "done" || state == "failed" || state == "cancelled"; }
 
 }  // namespace
 
 TEST_SUITE("system") {
-  TEST_CASE("idle: a node yields when its owner comes back, as often as he does, and its job goes on elsewhere") {
+  TEST_CASE("idle: a node yields when its owner comes back, as often as he does, and its job goes on") {
     SmallLab lab;
     const Owner owner;
     Process& anna = lab.start("anna", owner.options());
-    lab.start("bert");
-    REQUIRE(lab.until([&] { return lab.node_count() == 2; }));
-    const std::string id = lab.submit(200000);
-    const auto works = [&](const nlohmann::json& job) {
-      return job.value("state", "") == "running" && job["nodes"].size() == 2;
-    };
-    int yields = 0;
-    for (; yields < 4; ++yields) {  // one more than the nodes a job may kill
+    REQUIRE(lab.until([&] { return lab.node_count() == 1; }));
+    const std::string id = lab.submit(60000, "1e-3");
+    for (int yields = 0; yields < 4; ++yields) {  // one more than the nodes that a job may kill
       CAPTURE(yields);
-      REQUIRE(lab.until([&] { return works(lab.job(id)) || is_over(lab.job(id).value("state", "")); }));
-      REQUIRE_FALSE(is_over(lab.job(id).value("state", "")));
+      REQUIRE(lab.until([&] { return is_hosted(lab, id); }));
+      if (yields == 3) {
+        lab.start("bert");
+        REQUIRE(lab.until([&] { return lab.node_count() == 2; }));
+      }
+      const std::size_t others = yields == 3 ? 1 : 0;
       const auto back = Clock::now();
       owner.touch();
-      REQUIRE(lab.until([&] { return lab.node_count() == 1; }));
+      REQUIRE(lab.until([&] { return lab.node_count() == others; }));
       CHECK(seconds_since(back) < at_once_s);
-      REQUIRE(lab.until([&] { return lab.node_count() == 2; }));
+      REQUIRE(lab.until([&] { return lab.node_count() == others + 1; }));
       CHECK(seconds_since(back) > 2);
     }
     CHECK(anna.said().find("work goes back to the controller") != std::string::npos);
-    CHECK(ran({"jobs", "log", id, "--cluster", lab.cluster()}).out.find("failed") == std::string::npos);
+    // Behind everybody it might take its time, where others keep this machine busy.
+    anna.signal(SIGTERM);
+    CHECK(anna.finish().status == 0);
     REQUIRE(lab.until([&] { return is_over(lab.job(id).value("state", "")); }));
     CHECK(lab.job(id)["state"] == "done");
     CHECK(std::abs(lab.job(id)["energy"]["residual"].get<double>()) < 1e-3);
@@ -82,14 +87,14 @@ TEST_SUITE("system") {
     CHECK(::sched_getscheduler(anna.id()) == SCHED_IDLE);
     REQUIRE(lab.until([&] { return lab.node_count() == 1; }));
     CHECK(seconds_since(start) > 6);
-    std::size_t threads = 0, in_front = 0;
+    std::size_t threads = 0;
     for (const auto& thread : std::filesystem::directory_iterator("/proc/" + std::to_string(anna.id()) + "/task")) {
       const int tid = std::stoi(thread.path().filename().string());
       ++threads;
-      in_front += ::sched_getscheduler(tid) != SCHED_IDLE || ::getpriority(PRIO_PROCESS, static_cast<id_t>(tid)) != 19;
+      CHECK(::sched_getscheduler(tid) == SCHED_IDLE);
+      CHECK(::getpriority(PRIO_PROCESS, static_cast<id_t>(tid)) == 19);
     }
     CHECK(threads > 4);
-    CHECK(in_front <= 1);  // what waits for signals was there before, and does nothing
     anna.signal(SIGTERM);
     const Outcome outcome = anna.finish();
     CHECK(outcome.status == 0);
@@ -98,21 +103,27 @@ TEST_SUITE("system") {
 
   TEST_CASE("idle: a node that is stopped in order is none that its job killed") {
     SmallLab lab;
-    lab.start("anna");
-    lab.start("bert");
-    REQUIRE(lab.until([&] { return lab.node_count() == 2; }));
-    const std::string id = lab.submit(200000);
+    std::string id;
     for (int stops = 0; stops < 4; ++stops) {
       CAPTURE(stops);
-      REQUIRE(lab.until([&] { return lab.job(id).value("nodes", nlohmann::json::array()).size() == 2; }));
-      lab.node("bert").signal(SIGTERM);
-      CHECK(lab.node("bert").finish().status == 0);
-      REQUIRE(lab.until([&] { return lab.node_count() == 1; }));
-      lab.start("bert");
-      REQUIRE(lab.until([&] { return lab.node_count() == 2; }));
-      REQUIRE_FALSE(is_over(lab.job(id).value("state", "")));
+      Process& anna = lab.start("anna");
+      if (id.empty()) id = lab.submit(60000);
+      REQUIRE(lab.until([&] { return is_hosted(lab, id); }));
+      anna.signal(SIGTERM);
+      CHECK(anna.finish().status == 0);
+      REQUIRE(lab.until([&] { return lab.node_count() == 0; }));
+      CHECK(lab.job(id)["state"] == "queued");
     }
-    lab.asked({"jobs", "cancel", id});
+    // One that dies is.
+    for (int deaths = 0; deaths < 3; ++deaths) {
+      CAPTURE(deaths);
+      Process& anna = lab.start("anna");
+      REQUIRE(lab.until([&] { return is_hosted(lab, id); }));
+      anna.signal(SIGKILL);
+      anna.finish();
+      REQUIRE(lab.until([&] { return lab.node_count() == 0; }));
+      CHECK(lab.job(id)["state"] == (deaths == 2 ? "failed" : "queued"));
+    }
   }
 
   TEST_CASE("idle: its options need each other and make sense") {

@@ -84,7 +84,6 @@ class FakeLab {
     Outcome outcome;
     outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     outcome.out = text("out"), outcome.err = text("err");
-    MESSAGE(words << "\n" << outcome.out << outcome.err);
     return outcome;
   }
   Outcome install_small(const std::string& words) const { return install("--package " + package() + " " + words); }
@@ -110,6 +109,7 @@ bool says(const Outcome& outcome, const std::string& line) {
   std::istringstream lines(outcome.out);
   for (std::string one; std::getline(lines, one);)
     if (one.find(line) != std::string::npos) return true;
+  MESSAGE("none of these lines holds: " << line << "\n" << outcome.out << outcome.err);
   return false;
 }
 
@@ -212,7 +212,7 @@ TEST_SUITE("system") {
     const Outcome headless = lab.install_small("--controller srv dora");
     CHECK(headless.status == 1);
     CHECK(says(headless, "srv: FAILED: can not be reached"));
-    CHECK_FALSE(says(headless, "dora: node runs"));
+    CHECK(headless.out.find("dora: node runs") == std::string::npos);
   }
 
   TEST_CASE("install-lab: so many hosts at a time as was said, and none when it is only asked what it would do") {

@@ -45,7 +45,6 @@ TEST_SUITE("system") {
       // In tenths; a service without any protection has 96.
       const Said secure = said(folder, "systemd-analyze security --offline=true --threshold=20 '" + path + "'");
       CHECK(secure.status == 0);
-      MESSAGE(secure.text.substr(secure.text.find("→")));
       // systemd names a setting that it does not know, so the test of it is one.
       folder.write("lichthof-" + kind + ".service", contents(path) + "\n[Service]\nNoNewPriviliges=yes\n");
       CHECK(said(folder, "systemd-analyze verify --man=no '" + path + "'").text.find("NoNewPriviliges") !=
