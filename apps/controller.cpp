@@ -39,6 +39,7 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
   const Interruption::Deferral deferral;
   const bool has_keys = !options.tls.certificate.empty();
   LabOptions lab_options;
+  lab_options.version = LICHTHOF_VERSION;
   lab_options.threads = std::max(1u, std::thread::hardware_concurrency());
   actors::LeadOptions& lead = lab_options.lead;
   lead.link.own = {options.name, actors::Role::controller};
@@ -62,6 +63,7 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
   DeskOptions desk_options;
   desk_options.host = options.listen, desk_options.port = options.port;
   desk_options.insecure = options.insecure;
+  desk_options.about = {{"version", LICHTHOF_VERSION}, {"nodes_port", (*lab)->port()}};
   if (has_keys) {
     Expected<std::shared_ptr<const actors::TlsContext>> tls = actors::TlsContext::load(options.tls);
     if (!tls) return tls.error();
@@ -76,7 +78,10 @@ Status run(const ControllerOptions& options, const Interruption& interruption) {
     std::printf("people: http%s://%s:%u/   nodes: %s:%u   state: %s\n", has_keys ? "s" : "", options.listen.c_str(),
                 (*desk)->port(), options.listen.c_str(), (*lab)->port(), lead.folder.c_str());
   std::fflush(stdout);
-  while (!interruption.asked()) std::this_thread::sleep_for(50ms);
+  for (int looks = 0; !interruption.asked(); ++looks) {
+    if (looks % 20 == 0) (*lab)->count();
+    std::this_thread::sleep_for(50ms);
+  }
   return Done{};
 }
 

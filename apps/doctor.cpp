@@ -1,4 +1,4 @@
-/// `lichthof doctor`: what is wrong with this machine, one line each, with the mend.
+/// `lichthof doctor`: what is wrong with this machine, or with its place in a cluster, one line each, with the mend.
 #include <unistd.h>
 
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <string>
 #include <system_error>
 
+#include "apps/cluster/cluster_checks.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/log.hpp"
 #include "apps/common/machine.hpp"
@@ -96,13 +97,21 @@ Finding pictures() {
 
 const char* word(Health health) { return health == Health::good ? "ok" : health == Health::poor ? "poor" : "broken"; }
 
-Status doctor(const OutputOptions& talk, const Interruption& interruption) {
+struct DoctorOptions {
+  ClusterOptions cluster;
+  OutputOptions talk;
+};
+
+Status doctor(const DoctorOptions& options, const Interruption& interruption) {
+  const OutputOptions& talk = options.talk;
   log_as_asked(talk);
   // Pictures first: OpenImageIO is among the loaded libraries only after that.
   const Finding picture_files = pictures();
   std::vector<Finding> findings = machine_findings();
   findings.push_back(picture_files);
   findings.push_back(solver(interruption));
+  if (!options.cluster.cluster.empty())
+    for (Finding& finding : cluster_findings(options.cluster)) findings.push_back(std::move(finding));
   nlohmann::json checks = nlohmann::json::array();
   std::vector<std::string> lines;
   int broken = 0;
@@ -125,17 +134,22 @@ Status doctor(const OutputOptions& talk, const Interruption& interruption) {
 }  // namespace
 
 void add_doctor(CLI::App& program, Command& chosen) {
-  auto talk = std::make_shared<OutputOptions>();
-  CLI::App& command = *program.add_subcommand("doctor", "say what is wrong with this machine, and the mend");
-  add_output_options(command, *talk);
+  auto options = std::make_shared<DoctorOptions>();
+  CLI::App& command =
+      *program.add_subcommand("doctor", "say what is wrong with this machine or a cluster, and the mend");
+  add_cluster_options(command, options->cluster);
+  add_output_options(command, options->talk);
   command.footer(
       "One line each: ok, poor (works, but slower or less than it could) or broken; after -> what to do.\n"
+      "With --cluster also: names, addresses, certificates, ports, clocks, versions and nodes, as seen from here.\n"
       "Exit status: 1 when something is broken.\n"
       "\nExamples:\n"
       "  lichthof doctor\n"
+      "  lichthof doctor --cluster lab7 --authority ca.crt --certificate me.crt --key me.key\n"
       "  lichthof doctor --json");
-  command.callback(
-      [talk, &chosen] { chosen = [talk](Interruption& interruption) { return doctor(*talk, interruption); }; });
+  command.callback([options, &chosen] {
+    chosen = [options](Interruption& interruption) { return doctor(*options, interruption); };
+  });
 }
 
 }  // namespace lichthof::apps

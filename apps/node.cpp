@@ -5,11 +5,16 @@
 
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "apps/cluster/desk_client.hpp"
+#include "apps/cluster/figures.hpp"
+#include "apps/cluster/figures_door.hpp"
 #include "apps/cluster/machine_facts.hpp"
+#include "apps/cluster/owner_watch.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/interruption.hpp"
 #include "apps/common/log.hpp"
@@ -24,15 +29,39 @@ struct NodeCommand {
   std::uint16_t port = 0;
   unsigned threads = 0;
   double memory_gib = 0;
+  std::string metrics;
+  bool idle_only = false;
+  double idle_minutes = 5, others_cores = PresenceOptions{}.busy_cores;
+  std::vector<std::string> owner_files;
   actors::TlsFiles tls;
   bool insecure = false;
   OutputOptions talk;
 };
 
+Duration seconds(double s) { return {static_cast<std::int64_t>(1e9 * s)}; }
+
+/// @returns null where none is asked for
+Expected<std::unique_ptr<FiguresDoor>> figures_door(const NodeCommand& command, NodeFigures& figures) {
+  if (command.metrics.empty()) return std::unique_ptr<FiguresDoor>();
+  const Expected<FiguresAddress> address = figures_address(command.metrics, "--metrics");
+  if (!address) return address.error();
+  std::shared_ptr<const actors::TlsContext> tls;
+  if (!command.tls.certificate.empty()) {
+    Expected<std::shared_ptr<const actors::TlsContext>> loaded = actors::TlsContext::load(command.tls);
+    if (!loaded) return loaded.error();
+    tls = *loaded;
+  }
+  Expected<std::unique_ptr<FiguresDoor>> door =
+      FiguresDoor::open(*address, tls, command.insecure, [&figures] { return figures.text(); });
+  if (door) spdlog::info("figures: {}", actors::endpoint(address->host, (*door)->port()) + "/metrics");
+  return door;
+}
+
 Status run(const NodeCommand& command, const Interruption& interruption) {
   log_as_asked(command.talk);
   if (!command.talk.quiet && spdlog::get_level() > spdlog::level::info) spdlog::set_level(spdlog::level::info);
   const Interruption::Deferral deferral;
+  if (command.idle_only) yield_to_everybody();
   const std::string join = command.join.find(':') == std::string::npos ? command.join + ":7411" : command.join;
   const Expected<DeskAddress> lead = desk_address(join, "--join");
   if (!lead) return lead.error();
@@ -60,6 +89,16 @@ Status run(const NodeCommand& command, const Interruption& interruption) {
   options.free_memory_bytes = free_memory_bytes, options.used_memory_bytes = used_memory_bytes;
   spdlog::info("{}: {} threads, {:.1f} Mray/s each", options.link.own.name, options.threads,
                options.facts.rays_per_s / 1e6);
+  NodeFigures figures(LICHTHOF_VERSION, options.counters);
+  const Expected<std::unique_ptr<FiguresDoor>> door = figures_door(command, figures);
+  if (!door) return door.error();
+  std::optional<OwnerWatch> owner;
+  if (command.idle_only) {
+    owner.emplace(OwnerWatchOptions{
+        {seconds(60 * command.idle_minutes), command.others_cores, PresenceOptions{}.busy_for}, command.owner_files});
+    options.may_work = [&owner] { return owner->is_away(); };
+    spdlog::info("works while the owner has been away for {:g} min", command.idle_minutes);
+  }
   return actors::run_node(options, interruption.asked());
 }
 
@@ -86,6 +125,29 @@ void add_node(CLI::App& program, Command& chosen) {
       ->option_text("GIB");
   command.add_option("--cache", node->cache, "folder for what the controller hands out (default ~/.cache/lichthof)")
       ->option_text("DIR");
+  command.add_flag("--idle-only", node->idle_only,
+                   "work only while the machine's owner is away, and yield at once when he is back");
+  command.add_option("--idle-after", node->idle_minutes, "minutes without a sign of him (default 5)")
+      ->check(number_within(0.01, 10080))
+      ->needs("--idle-only")
+      ->option_text("MINUTES");
+  command
+      .add_option("--idle-cores", node->others_cores,
+                  "more cores used by programs of others are a sign of him (default 0.5; 0: not looked at)")
+      ->check(number_within(0, 4096))
+      ->needs("--idle-only")
+      ->option_text("N");
+  command
+      .add_option("--owner-files", node->owner_files,
+                  "look at the access times of these instead of terminals, input devices and desktops")
+      ->needs("--idle-only")
+      ->option_text("PATTERN");
+  command.add_option("--metrics", node->metrics, "show figures to Prometheus (default host 127.0.0.1)")
+      ->check([](const std::string& text) {
+        const Expected<FiguresAddress> address = figures_address(text, "");
+        return address ? std::string() : address.error().message;
+      })
+      ->option_text("[HOST:]PORT");
   command.add_option("--authority", node->tls.authority, "the lab's certificate")->option_text("ca.crt");
   auto* certificate =
       command.add_option("--certificate", node->tls.certificate, "this node's certificate")->option_text("NAME.crt");
@@ -97,6 +159,7 @@ void add_node(CLI::App& program, Command& chosen) {
       "The node dials its controller until it answers, and again when it was gone.\n"
       "\nExamples:\n"
       "  lichthof node --join localhost\n"
+      "  lichthof node --join localhost --idle-only --metrics 9464\n"
       "  lichthof node --join lab.example.org --listen 10.0.0.7 --authority ca.crt --certificate node7.crt --key "
       "node7.key");
   command.callback(

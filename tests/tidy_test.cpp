@@ -129,6 +129,8 @@ TEST_SUITE("tidy") {
     CHECK(objects(rule, "actors/wire.hpp", "#include <OpenImageIO/imageio.h>\n"));
     CHECK(objects(rule, "actors/wire.hpp", "#include <openssl/ssl.h>\n"));
     CHECK(objects(rule, "apps/render.cpp", "#include <httplib.h>\n"));
+    CHECK(objects(rule, "apps/node.cpp", "#include <systemd/sd-bus.h>\n"));
+    CHECK(objects(rule, "apps/node.cpp", "#include <prometheus/registry.h>\n"));
     CHECK(objects(rule, "apps/shell.cpp", "#include <histedit.h>\n"));
     CHECK_FALSE(objects(rule, "core/light/raycast.cpp", "#include <embree3/rtcore.h>\n"));
     CHECK_FALSE(objects(rule, "core/base/parallel.cpp", "#include <tbb/parallel_for.h>\n"));

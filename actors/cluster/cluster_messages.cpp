@@ -34,8 +34,8 @@ static void fields(Codec& c, Field<Codec, ActorLoad> load) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, NodeReport> message) {
-  auto& [busy, pace, free, used, at_ns, actors] = message;
-  c(busy, pace, free, used, at_ns);
+  auto& [busy, pace, free, used, at_ns, shots, rays, actors] = message;
+  c(busy, pace, free, used, at_ns, shots, rays);
   c.list(actors, max_actors);
 }
 template <class Codec>
@@ -125,6 +125,11 @@ static void fields(Codec& c, Field<Codec, BlobPart> message) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, Dismissed> message) {
+  auto& [reason] = message;
+  c(reason);
+}
+template <class Codec>
+static void fields(Codec& c, Field<Codec, Leaving> message) {
   auto& [reason] = message;
   c(reason);
 }

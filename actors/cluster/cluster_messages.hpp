@@ -4,6 +4,7 @@
 ///     node ──Registration──► lead ──Welcome──► node
 ///     lead ──HostShare──► node ──WantBlob──► lead ──BlobPart──► node ──Hosted──► lead
 ///     lead, cells, workers ◄──RunMessage──► each other; cells of different nodes talk directly
+///     node ──Leaving──► lead, before the node closes the link by itself
 ///     lead ──CollectCells──► node ──CellImage──► lead;  lead ──ReleaseShare──► node
 ///
 /// Every frame of a run names its epoch: what belongs to an older one is dropped.
@@ -54,6 +55,7 @@ struct NodeReport {
   double pace = 1;          ///< share of a core that its actors got while they had work; @see core/cluster/pace
   std::uint64_t free_memory_bytes = 0, used_memory_bytes = 0;
   std::uint64_t at_ns = 0;  ///< by the node's own clock: rates are differences of two reports
+  std::uint64_t shots = 0, rays = 0;  ///< since it joined
   std::vector<ActorLoad> actors;
 };
 
@@ -134,13 +136,17 @@ struct BlobPart {
   std::uint64_t offset = 0, total = 0;
   std::vector<std::uint8_t> bytes;
 };
+/// A node to its lead: I go, and it is no job's fault.
+struct Leaving {
+  std::string reason;
+};
 /// The lead is stopping, or has no use for the node; it may come again.
 struct Dismissed {
   std::string reason;
 };
 
 using ClusterMessage = std::variant<Registration, Welcome, NodeReport, HostShare, Hosted, HostFailed, ReleaseShare,
-                                    RunMessage, CollectCells, CellImage, WantBlob, BlobPart, Dismissed>;
+                                    RunMessage, CollectCells, CellImage, WantBlob, BlobPart, Dismissed, Leaving>;
 
 constexpr std::uint8_t cluster_wire_version = 2;
 constexpr std::size_t blob_part_bytes = 1u << 20;

@@ -235,6 +235,7 @@ std::uint64_t HostedRun::processed(CellId cell) const {
 HostedRun::Worked HostedRun::worked() const {
   Worked sum;
   for (const auto& meter : meters_->all()) sum.busy_ns += meter->busy_ns, sum.cpu_ns += meter->cpu_ns;
+  for (const auto& [id, hosted] : cells_) sum.shots += hosted->shots, sum.rays += hosted->rays;
   return sum;
 }
 

@@ -50,6 +50,7 @@ class HostedRun {
   /// Sums over its actors so far.
   struct Worked {
     std::uint64_t busy_ns = 0, cpu_ns = 0;  ///< in handlers; of it, with a core
+    std::uint64_t shots = 0, rays = 0;      ///< of its cells
   };
   Worked worked() const;
   /// Of every actor, by name. Cells are asked to look at themselves on the way: what they say comes with the next call.

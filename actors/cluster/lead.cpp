@@ -48,7 +48,8 @@ LabView LeadState::view(std::optional<JobId> only) {
   for (const auto& [id, node] : dispatcher_.nodes()) {
     NodeView& seen = view.nodes.emplace_back();
     const KnownNode& known = nodes_[id];
-    seen.id = id, seen.node = node, seen.host = known.peer.host, seen.report = known.report;
+    seen.id = id, seen.node = node, seen.host = known.peer.host, seen.version = known.version;
+    seen.report = known.report;
     seen.before = known.before;
     seen.seen_s = 1e-9 * static_cast<double>((now - node.heard).ns);
     for (const auto& counters : link_->monitor().peers())

@@ -49,7 +49,7 @@ struct JobView {
 struct NodeView {
   NodeId id;
   LabNode node;
-  std::string host;
+  std::string host, version;
   NodeReport report, before;  ///< the last two
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double seen_s = 0;  ///< since it was last heard

@@ -55,6 +55,7 @@ void LeadState::admit(PeerId peer, const Registration& facts) {
   node_of_[peer] = node;
   KnownNode& known = nodes_[node];
   known = {stranger->second.who.name,
+           stranger->second.version,
            peer,
            {node, stranger->second.host, stranger->second.port, stranger->second.boot_id},
            {},
@@ -80,6 +81,12 @@ void LeadState::on(NodeId node, NodeReport& report) {
   if (!std::isfinite(report.busy_share)) report.busy_share = 0;
   KnownNode& known = nodes_[node];
   known.before = std::exchange(known.report, std::move(report));
+}
+
+void LeadState::on(NodeId node, Leaving& leaving) {
+  spdlog::info("node {} ({}) leaves: {}", node.value, nodes_[node].name, leaving.reason);
+  forget(node);
+  dispatcher_.node_parted(node, leaving.reason.substr(0, 200), clock_.now());
 }
 
 void LeadState::on(NodeId node, Hosted& hosted) { dispatcher_.hosted(node, hosted.job, hosted.epoch, clock_.now()); }

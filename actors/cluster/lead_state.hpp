@@ -53,7 +53,7 @@ class LeadState {
 
  private:
   struct KnownNode {
-    std::string name;
+    std::string name, version;
     PeerId link;
     Peer peer;
     NodeReport report, before;  ///< the last two
@@ -81,6 +81,7 @@ class LeadState {
   template <class Other>
   void on(NodeId, Other&) {}  // of the other direction
   void on(NodeId node, NodeReport& report);
+  void on(NodeId node, Leaving& leaving);
   void on(NodeId node, Hosted& hosted);
   void on(NodeId node, HostFailed& failed);
   void on(NodeId node, WantBlob& want);

@@ -1,7 +1,9 @@
 #include "actors/cluster/node.hpp"
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <map>
@@ -54,6 +56,7 @@ struct Share {
   std::map<CellId, std::deque<Unpaid>> unpaid;
   std::map<CellId, std::uint64_t> paid;  ///< hemicube messages
   HostedRun::Worked seen;                ///< when it was last reported
+  HostedRun::Worked counted;             ///< of its work, already in the node's counters
 };
 
 class NodeState {
@@ -61,11 +64,14 @@ class NodeState {
   static constexpr const char* name = "node";
 
   void begin(caf::event_based_actor* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache,
-             std::shared_ptr<std::atomic<unsigned>> loads) {
+             std::shared_ptr<std::atomic<unsigned>> loads, bool may_work) {
     self_ = self;
     options_ = options;
     loads_ = std::move(loads);
     cache_ = std::move(cache);
+    is_paused_ = !may_work;
+    counters().working = may_work;
+    if (is_paused_) spdlog::info("the owner is at this machine: waiting until he leaves");
   }
   void use(const Link& link) {
     link_ = link;
@@ -74,19 +80,41 @@ class NodeState {
     self_->delayed_send(self_, report_every, report_atom{});
   }
   void end() {
-    shares_.clear();
+    to_lead(Leaving{"it is being stopped"});
+    drop_shares();
     if (link_) link_->stop();
+  }
+
+  // ---- Its owner ----
+
+  void pause() {
+    if (std::exchange(is_paused_, true)) return;
+    spdlog::info("the owner is at this machine: work goes back to the controller");
+    counters().working = false, ++counters().yields;
+    leave("its owner is at the machine");
+    // The owner's programs need the memory as well.
+    last_solution_.reset(), last_solution_hash_.clear();
+    ::malloc_trim(0);
+  }
+  void go_on() {
+    if (!std::exchange(is_paused_, false)) return;
+    spdlog::info("the owner is away: this machine works");
+    counters().working = true;
+    dial_lead();
   }
 
   // ---- The link ----
 
   void on(const LinkUp& up) {
+    if (is_paused_ && up.who.role == Role::controller) return link_->close(up.peer, "its owner is at the machine");
     if (up.who.role == Role::controller && up.dialled && !lead_) {
       lead_ = up.peer;
       spdlog::info("connected to the controller {} at {}:{}", up.who.name, up.host, up.port);
       Registration facts = options_.facts;
       if (facts.name.empty()) facts.name = link_->own().name;
       to_lead(facts);
+      joined_shots_ = counters().shots, joined_rays_ = counters().rays;
+      counters().connected = true;
       return;
     }
     peers_[up.boot_id] = up.peer;
@@ -96,8 +124,9 @@ class NodeState {
   void on(const LinkDown& down) {
     if (lead_ == down.peer) {
       spdlog::warn("the controller is gone: {}", down.reason);
+      counters().connected = false;
       lead_.reset();
-      shares_.clear();
+      drop_shares();
       wanted_blobs_.clear();
       self_->delayed_send(self_, dial_again, dial_atom{});
       return;
@@ -155,7 +184,7 @@ class NodeState {
   void on(const HostShare& wanted) {
     Share* const old = share_of(wanted.job);
     if (old && old->wanted.epoch >= wanted.epoch) return;
-    shares_.erase(wanted.job);
+    drop(wanted.job);
     Share& share = shares_[wanted.job];
     share.wanted = wanted;
     if (const std::string lack = lacking(wanted); !lack.empty()) return fail(wanted.job, wanted.epoch, lack);
@@ -180,7 +209,7 @@ class NodeState {
 
   void on(const ReleaseShare& release) {
     const Share* const share = share_of(release.job);
-    if (share && share->wanted.epoch <= release.epoch) shares_.erase(release.job);
+    if (share && share->wanted.epoch <= release.epoch) drop(release.job);
   }
 
   void on(const CollectCells& collect) {
@@ -286,8 +315,8 @@ class NodeState {
     share.reached = std::move(reached);
     share.started = true;
     const Link link = *link_;
-    const auto send = [link, lead = *lead_, job = share.wanted.job, epoch = share.wanted.epoch,
-                       cells = share.wanted.cells,
+    const auto send = [link, counters = options_.counters, lead = *lead_, job = share.wanted.job,
+                       epoch = share.wanted.epoch, cells = share.wanted.cells,
                        peers = share.reached](const Address& to, const Message& message) -> std::size_t {
       PeerId peer = lead;
       if (const auto* cell = std::get_if<CellId>(&to)) {
@@ -295,6 +324,7 @@ class NodeState {
         if (found == peers.end()) return 0;  // no neighbour: nobody sends there
         peer = found->second;
       }
+      if (const auto* result = std::get_if<ColumnResult>(&message)) counters->rays += result->rays;
       auto bytes = std::make_shared<const Bytes>(encode(ClusterMessage(run_message(job, epoch, to, message))));
       const std::size_t count = bytes->size();
       const bool is_bulk =
@@ -324,7 +354,7 @@ class NodeState {
   void fail(JobId job, Epoch epoch, const std::string& reason, bool is_unreachable = false) {
     if (!share_at(job, epoch)) return;
     spdlog::warn("job {} can not be hosted here: {}", job.value, reason);
-    shares_.erase(job);
+    drop(job);
     to_lead(HostFailed{job, epoch, reason.substr(0, 1000), is_unreachable});
   }
 
@@ -378,6 +408,7 @@ class NodeState {
     // A partner that could not be reached may be by now.
     for (const auto& [job, share] : shares_)
       if (share.run && !share.started) dial_partners(share);
+    count();
     if (!lead_ || own_.value == 0) return;
     const double now = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     timespec used{};
@@ -392,6 +423,7 @@ class NodeState {
     report.free_memory_bytes = options_.free_memory_bytes();
     report.used_memory_bytes = options_.used_memory_bytes();
     report.at_ns = static_cast<std::uint64_t>(1e9 * now);
+    report.shots = counters().shots - joined_shots_, report.rays = counters().rays - joined_rays_;
     for (const auto& [job, share] : shares_)
       if (share.started)
         for (ActorLoad& load : share.run->load()) report.actors.push_back(std::move(load));
@@ -399,10 +431,53 @@ class NodeState {
   }
 
   void dial_lead() {
-    if (!lead_) link_->dial(options_.lead_host, options_.lead_port);
+    if (!lead_ && !is_paused_) link_->dial(options_.lead_host, options_.lead_port);
   }
 
  private:
+  NodeCounters& counters() { return *options_.counters; }
+  /// Of what is hosted, and of all connections.
+  void count() {
+    std::uint32_t started = 0, cells = 0, workers = 0;
+    for (auto& [job, share] : shares_) {
+      count_work(share);
+      if (!share.started) continue;
+      ++started, workers += share.wanted.workers;
+      cells += static_cast<std::uint32_t>(std::count(share.wanted.cells.begin(), share.wanted.cells.end(), own_));
+    }
+    counters().shares = started, counters().cells = cells, counters().workers = workers;
+    std::map<PeerId, std::pair<std::uint64_t, std::uint64_t>> seen;
+    for (const auto& peer : link_->monitor().peers()) {
+      const auto [in, out] = traffic_[peer->peer];
+      seen[peer->peer] = {peer->bytes_in, peer->bytes_out};
+      counters().bytes_in += seen[peer->peer].first - in, counters().bytes_out += seen[peer->peer].second - out;
+    }
+    traffic_ = std::move(seen);
+  }
+  void count_work(Share& share) {
+    if (!share.started) return;
+    const HostedRun::Worked now = share.run->worked();
+    counters().shots += now.shots - share.counted.shots, counters().rays += now.rays - share.counted.rays;
+    share.counted = now;
+  }
+  void drop(JobId job) {
+    if (Share* const share = share_of(job)) count_work(*share);
+    shares_.erase(job);
+  }
+  void drop_shares() {
+    while (!shares_.empty()) drop(shares_.begin()->first);
+  }
+  void leave(const std::string& reason) {
+    if (lead_) {
+      to_lead(Leaving{reason});
+      link_->close(*lead_, reason);
+    }
+    counters().connected = false;
+    lead_.reset();
+    drop_shares();
+    wanted_blobs_.clear();
+  }
+
   Share* share_of(JobId job) {
     const auto found = shares_.find(job);
     return found == shares_.end() ? nullptr : &found->second;
@@ -425,7 +500,7 @@ class NodeState {
   std::shared_ptr<BlobCache> cache_;
   std::optional<Link> link_;
   std::optional<PeerId> lead_;
-  bool said_unreachable_ = false;
+  bool said_unreachable_ = false, is_paused_ = false;
   NodeId own_;
   std::map<std::uint64_t, PeerId> peers_;  ///< other nodes, by boot id
   std::map<std::uint64_t, unsigned> dials_;
@@ -438,6 +513,8 @@ class NodeState {
   double reported_s_ = 0, reported_cpu_ = 0;
   unsigned ticks_ = 0;                            ///< since the last report
   std::shared_ptr<std::atomic<unsigned>> loads_;  ///< threads that load a run
+  std::uint64_t joined_shots_ = 0, joined_rays_ = 0;                   ///< counters when it joined
+  std::map<PeerId, std::pair<std::uint64_t, std::uint64_t>> traffic_;  ///< counted, in and out
 };
 
 using NodeSelf = caf::stateful_actor<NodeState>;
@@ -445,11 +522,15 @@ using NodeSelf = caf::stateful_actor<NodeState>;
 struct UseLink {
   Link link;
 };
+/// Whether the node may work.
+struct MayWork {
+  bool yes = true;
+};
 
 caf::behavior node_actor(NodeSelf* self, const NodeOptions& options, std::shared_ptr<BlobCache> cache,
-                         std::shared_ptr<std::atomic<unsigned>> loads) {
+                         std::shared_ptr<std::atomic<unsigned>> loads, bool may_work) {
   report_failures(self, "node");
-  self->state.begin(self, options, std::move(cache), std::move(loads));
+  self->state.begin(self, options, std::move(cache), std::move(loads), may_work);
   self->set_down_handler([self](caf::down_msg& down) { self->state.on(down); });
   self->set_exit_handler([self](caf::exit_msg& exit) {
     self->state.end();
@@ -464,6 +545,7 @@ caf::behavior node_actor(NodeSelf* self, const NodeOptions& options, std::shared
       [self](const LinkBlocked& blocked) { self->state.hold(blocked.peer, true); },
       [self](const LinkReady& ready) { self->state.hold(ready.peer, false); },
       [self](Loaded& loaded) { self->state.on(loaded); },
+      [self](const MayWork& may) { may.yes ? self->state.go_on() : self->state.pause(); },
       [self](dial_atom) { self->state.dial_lead(); },
       [self](tick_atom) {
         self->state.pay();
@@ -482,6 +564,7 @@ caf::behavior node_actor(NodeSelf* self, const NodeOptions& options, std::shared
 
 CAF_ALLOW_UNSAFE_MESSAGE_TYPE(lichthof::actors::Loaded)
 CAF_ALLOW_UNSAFE_MESSAGE_TYPE(lichthof::actors::UseLink)
+CAF_ALLOW_UNSAFE_MESSAGE_TYPE(lichthof::actors::MayWork)
 
 namespace lichthof::actors {
 
@@ -493,7 +576,8 @@ Status run_node(const NodeOptions& options, const std::atomic<bool>& stop) {
   SystemConfig config(system_options);
   caf::actor_system system(config);
   const auto loads = std::make_shared<std::atomic<unsigned>>(0);
-  const caf::actor node = system.spawn<caf::detached>(node_actor, options, cache, loads);
+  const bool may_work = !options.may_work || options.may_work();
+  const caf::actor node = system.spawn<caf::detached>(node_actor, options, cache, loads, may_work);
   const auto ended = [&](Status status) {
     caf::anon_send_exit(node, caf::exit_reason::user_shutdown);
     caf::scoped_actor waiting{system};
@@ -510,7 +594,10 @@ Status run_node(const NodeOptions& options, const std::atomic<bool>& stop) {
     return ended(port.error());
   }
   caf::anon_send(node, UseLink{*link});
-  while (!stop) std::this_thread::sleep_for(50ms);
+  for (int looks = 1; !stop; ++looks) {
+    std::this_thread::sleep_for(50ms);
+    if (options.may_work && looks % 10 == 0) caf::anon_send(node, MayWork{options.may_work()});
+  }
   return ended(Done{});
 }
 

@@ -4,10 +4,12 @@
 
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "actors/cluster/blob_cache.hpp"
 #include "actors/cluster/cluster_messages.hpp"
+#include "actors/cluster/node_counters.hpp"
 #include "actors/link/link.hpp"
 #include "core/light/solution.hpp"
 
@@ -28,9 +30,13 @@ struct NodeOptions {
   /// Called when the node has ended but for a thread that still loads a run, which nothing can interrupt. It may end the
   /// process; without it, or if it returns, that thread is waited for.
   std::function<void()> abandon;
+  /// Asked twice a second: false while the node shall not work, for its owner is at the machine. None: it always may.
+  std::function<bool()> may_work;
+  std::shared_ptr<NodeCounters> counters = std::make_shared<NodeCounters>();
 };
 
-/// Runs until `stop` is set.
+/// Runs until `stop` is set. A node that stops, or may not work, takes its leave: its jobs go on elsewhere and do not count
+/// it as one they killed. When it may work again it joins again.
 /// @error bad_input, io: it could not begin: keys, address, cache. Afterwards nothing ends it but `stop`
 Status run_node(const NodeOptions& options, const std::atomic<bool>& stop);
 

@@ -22,7 +22,7 @@ void add_cluster_options(CLI::App& command, ClusterOptions& options) {
       ->group("Cluster");
 }
 
-Expected<DeskClient> desk_client(const ClusterOptions& options) {
+Expected<ClusterChoice> cluster_choice(const ClusterOptions& options) {
   const std::string path = io::user_settings_path();
   Expected<io::UserSettings> settings = io::user_settings(path);
   if (!settings) return settings.error();
@@ -43,17 +43,24 @@ Expected<DeskClient> desk_client(const ClusterOptions& options) {
   const actors::TlsFiles files{chosen(options.authority, settings->authority),
                                chosen(options.certificate, settings->certificate), chosen(options.key, settings->key)};
   const bool is_near = actors::is_loopback(address->host);
-  if (options.insecure || (is_near && files.certificate.empty())) return DeskClient(*address);
+  if (options.insecure || (is_near && files.certificate.empty())) return ClusterChoice{*address, files, true};
   if (files.authority.empty() || files.certificate.empty() || files.key.empty())
     return Error{
         ErrorCode::bad_input, name,
         "beyond this machine certificates are needed: give --authority, --certificate and --key, or write them "
         "into " +
             path};
-  Expected<std::shared_ptr<const actors::TlsContext>> tls = actors::TlsContext::load(files);
+  return ClusterChoice{*address, files, false};
+}
+
+Expected<DeskClient> desk_client(const ClusterOptions& options) {
+  Expected<ClusterChoice> choice = cluster_choice(options);
+  if (!choice) return choice.error();
+  if (choice->is_clear) return DeskClient(choice->address);
+  Expected<std::shared_ptr<const actors::TlsContext>> tls = actors::TlsContext::load(choice->files);
   if (!tls) return tls.error();
-  address->tls = *tls;
-  return DeskClient(*address);
+  choice->address.tls = *tls;
+  return DeskClient(choice->address);
 }
 
 }  // namespace lichthof::apps

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "actors/link/digest.hpp"
+#include "apps/cluster/figures.hpp"
 #include "apps/cluster/same_origin.hpp"
 
 namespace lichthof::apps {
@@ -145,8 +146,13 @@ const std::vector<Desk::Route>& Desk::routes() {
          call.response.set_header("Content-Security-Policy", page_policy);
          call.give(std::string(dashboard_page), "text/html; charset=utf-8");
        }},
-      {"GET", "/metrics", B::none,
-       [](Desk& d, Call& call) { call.give(d.service_.metrics(), "text/plain; version=0.0.4; charset=utf-8"); }},
+      {"GET", "/metrics", B::none, [](Desk& d, Call& call) { call.give(d.service_.metrics(), figures_type); }},
+      {"GET", "/v1/lab", B::none,
+       [](Desk& d, Call& call) {
+         nlohmann::json lab = d.options_.about;
+         lab["time_s"] = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+         call.give(lab);
+       }},
       {"GET", "/v1/nodes", B::none, [](Desk& d, Call& call) { call.give(d.service_.nodes()); }},
       {"GET", "/v1/actors", B::none, [](Desk& d, Call& call) { call.give(d.service_.actors()); }},
       {"GET", "/v1/load", B::none, [](Desk& d, Call& call) { call.give(load_of(d.service_)); }},

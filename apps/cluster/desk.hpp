@@ -3,6 +3,7 @@
 ///
 ///     GET   /                              the dashboard
 ///     GET   /metrics                       for Prometheus
+///     GET   /v1/lab                        {"version", "nodes_port", "time_s": since 1970, of the controller's clock}
 ///     GET   /v1/nodes  /v1/actors  /v1/jobs  /v1/methods
 ///     GET   /v1/load                       {"nodes", "jobs", "actors"}, of the jobs that are over only the latest
 ///     GET   /v1/events                     server-sent events: the same each second
@@ -37,6 +38,7 @@ struct DeskOptions {
   std::shared_ptr<const actors::TlsContext> tls;
   bool insecure = false;           ///< in the clear beyond loopback: whoever reaches the port is a user
   std::vector<std::string> names;  ///< by which browsers call this host, besides its own names and addresses
+  nlohmann::json about = nlohmann::json::object();  ///< what /v1/lab says besides the time
   DoorLimits door;
   std::uint64_t request_bytes = 1u << 20;  ///< of all bodies but scenes
   int uploads = 2;                         ///< scenes that arrive at a time; each is held in memory

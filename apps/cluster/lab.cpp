@@ -306,6 +306,9 @@ nlohmann::json Lab::nodes() {
                    {"busy_share", std::clamp(node.report.busy_share, 0.0, 1.0)},
                    {"bytes_in", node.bytes_in},
                    {"bytes_out", node.bytes_out},
+                   {"shots", node.report.shots},
+                   {"rays", node.report.rays},
+                   {"version", node.version},
                    {"jobs", jobs},
                    {"seen_s", node.seen_s}});
   }
@@ -495,32 +498,8 @@ nlohmann::json Lab::methods() {
 }
 
 std::string Lab::metrics() {
-  std::ostringstream out;
-  const nlohmann::json all_nodes = nodes(), all_jobs = jobs();
-  const auto gauge = [&](const char* name, const char* help) {
-    out << "# HELP lichthof_" << name << ' ' << help << "\n# TYPE lichthof_" << name << " gauge\n";
-  };
-  const auto for_nodes = [&](const char* name, const char* key, const char* help) {
-    gauge(name, help);
-    for (const auto& node : all_nodes)  // names are letters, digits and ._- alone
-      out << "lichthof_" << name << "{node=\"" << node["name"].get<std::string>() << "\"} " << node[key] << '\n';
-  };
-  for_nodes("node_busy_share", "busy_share", "share of its cores that the node's process uses");
-  for_nodes("node_rays_per_second", "rays_per_s", "rays answered");
-  for_nodes("node_free_memory_bytes", "free_memory_bytes", "memory that is free on the machine");
-  for_nodes("node_received_bytes", "bytes_in", "from the node, by the controller");
-  for_nodes("node_sent_bytes", "bytes_out", "to the node, by the controller");
-  gauge("jobs", "jobs by state");
-  for (const char* state : {"queued", "running", "done", "failed", "cancelled"})
-    out << "lichthof_jobs{state=\"" << state << "\"} "
-        << std::count_if(all_jobs.begin(), all_jobs.end(), [&](const auto& job) { return job["state"] == state; })
-        << '\n';
-  for (const auto& [name, key] : {std::pair{"job_progress", "progress"}, std::pair{"job_unshot_watts", "unshot_w"}}) {
-    gauge(name, "of jobs that have not ended");
-    for (const auto& job : all_jobs)
-      if (!is_over(job["state"])) out << "lichthof_" << name << "{job=\"" << job["id"] << "\"} " << job[key] << '\n';
-  }
-  return out.str();
+  count();
+  return figures_.text();
 }
 
 /// All who watch see the same picture. It is encoded no oftener than costs a hundredth of a core.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "actors/cluster/lead.hpp"
+#include "apps/cluster/figures.hpp"
 #include "apps/cluster/lab_service.hpp"
 
 namespace lichthof::apps {
@@ -15,6 +16,7 @@ namespace lichthof::apps {
 struct LabOptions {
   actors::LeadOptions lead;                 ///< its files and logs are set by open()
   unsigned threads = 1;                     ///< for meshing what is submitted
+  std::string version;                      ///< of the program, for figures
   std::uint64_t scene_bytes = 16ull << 30;  ///< of scenes handed in; those used longest ago go
 };
 
@@ -24,6 +26,8 @@ class Lab final : public LabService {
   static Expected<std::unique_ptr<Lab>> open(LabOptions options);
 
   std::uint16_t port() const { return lead_->port(); }
+  /// Brings the counters of metrics() up to date: to be called about once a second.
+  void count() { figures_.look(nodes(), jobs()); }
 
   nlohmann::json nodes() override;
   nlohmann::json actors() override;
@@ -43,7 +47,7 @@ class Lab final : public LabService {
   Expected<std::string> picture_so_far(std::uint64_t job) override;
 
  private:
-  explicit Lab(LabOptions options) : options_(std::move(options)) {}
+  explicit Lab(LabOptions options) : options_(std::move(options)), figures_(options_.version) {}
   /// A view that is at most so fresh as a screen needs.
   actors::LabView view();
   Expected<actors::JobView> job_view(std::uint64_t id);
@@ -66,6 +70,7 @@ class Lab final : public LabService {
   };
   std::mutex pictures_mutex_;
   std::map<JobId, Picture> pictures_;  ///< of jobs under way
+  LabFigures figures_;
 };
 
 }  // namespace lichthof::apps

@@ -26,7 +26,7 @@ class LabService {
   virtual ~LabService() = default;
 
   /// Array: id name host state(idle|busy|slow|draining|lost) cores rays_per_s memory_bytes free_memory_bytes busy_share(0..1)
-  /// bytes_in bytes_out jobs[] seen_s
+  /// bytes_in bytes_out shots rays (since it joined) version jobs[] seen_s
   virtual nlohmann::json nodes() = 0;
   /// Array: node actor kind job busy_share mailbox shots_per_s rays_per_s unshot_w bytes_in bytes_out memory_bytes state.
   /// Rates are of the last second; bytes of frames to and from other processes, since the actor began

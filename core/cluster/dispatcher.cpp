@@ -73,6 +73,10 @@ void Dispatcher::node_left(NodeId node, const std::string& reason, Instant now) 
   if (nodes_.contains(node)) lose(node, reason, true, now);
 }
 
+void Dispatcher::node_parted(NodeId node, const std::string& reason, Instant now) {
+  if (nodes_.contains(node)) lose(node, reason, false, now);
+}
+
 Status Dispatcher::drain(NodeId node, bool is_draining, Instant) {
   const auto found = nodes_.find(node);
   if (found == nodes_.end()) return unknown("node", node.value);

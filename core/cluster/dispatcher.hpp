@@ -69,6 +69,8 @@ class Dispatcher {
   /// @param share  of a core that its actors got while they had work; @see core/cluster/pace
   void node_paced(NodeId node, double share, Instant now);
   void node_left(NodeId node, const std::string& reason, Instant now);
+  /// It goes by itself (its owner is back, it is being stopped): its jobs do not count it as a node they killed.
+  void node_parted(NodeId node, const std::string& reason, Instant now);
   /// From now on no new work; what is there moves on, cells at the next checkpoint. NodeDrained says when nothing is left.
   /// It holds for the node's name: also after a restart of the controller, and when the node joins anew.
   /// @error no such node

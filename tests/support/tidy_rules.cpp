@@ -64,6 +64,8 @@ const std::vector<Library>& libraries() {
       {"nlohmann/", {"io/", "apps/", "tests/", "bench/"}},
       {"CLI/", {"apps/"}},
       {"httplib.h", {"apps/cluster/", "tests/"}},
+      {"prometheus/", {"apps/cluster/"}},
+      {"systemd/", {"apps/cluster/owner_watch.cpp"}},
       {"histedit.h", {"apps/cluster/line_editor.cpp"}},
       {"ncurses.h", {"apps/top.cpp"}},
       {"doctest/", {"tests/"}},

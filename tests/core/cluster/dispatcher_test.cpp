@@ -254,6 +254,31 @@ TEST_SUITE("dispatcher") {
     CHECK(given<DropNode>(lab.step()).size() == 2);
   }
 
+  TEST_CASE("dispatcher: a node that leaves by itself is no node that its job killed") {
+    RunningLab lab;
+    lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
+    lab.step();
+    for (std::uint32_t round = 0; round < 5; ++round) {
+      lab.dispatcher.node_parted(NodeId{1 + 10 * round}, "its owner is at the machine", lab.now);
+      lab.dispatcher.node_parted(NodeId{1 + 10 * round}, "twice", lab.now);
+      const auto hosts = given<HostRun>(lab.step());
+      REQUIRE(hosts.size() == 1);
+      CHECK(hosts[0].from_checkpoint);
+      CHECK(hosts[0].cells.size() == 1);
+      CHECK(given<DropNode>(lab.last).empty());
+      CHECK(lab.job(lab.id).reason.find("owner") != std::string::npos);
+      lab.host_all(lab.id);
+      // It comes back, and gets work again with the next epoch.
+      lab.join(11 + 10 * round, facts("a"));
+      lab.step();
+    }
+    CHECK(lab.job(lab.id).lost_nodes.empty());
+    CHECK(lab.job(lab.id).state == JobState::running);
+    lab.dispatcher.node_left(NodeId{2}, "connection lost", lab.now);
+    lab.step();
+    CHECK(lab.job(lab.id).lost_nodes == std::vector<std::string>{"b"});
+  }
+
   TEST_CASE("dispatcher: the picture goes on without a lost node, and waits when none is left") {
     RunningLab lab(wish(false, true));
     lab.dispatcher.node_left(NodeId{1}, "gone", lab.now);
