@@ -39,7 +39,7 @@ struct DispatcherOptions {
   Duration checkpoint_lease{120'000'000'000};
   std::uint32_t most_stuck = 3;              ///< and fails after as many in a row
   Duration gathering{2'000'000'000};         ///< a picture begins so long after its first node is ready, whoever is late
-  Duration settling{10'000'000'000};         ///< cells stay as long before they move for speed
+  Duration settling{10'000'000'000};         ///< cells that moved for speed stay as long, then twice as long each time
   PaceOptions pace;
   std::uint32_t most_node_kills = 3;         ///< a job that loses as many nodes fails
   Duration lost_together{3'000'000'000};     ///< nodes lost within as long count once: they were cut off

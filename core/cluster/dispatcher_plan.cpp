@@ -207,7 +207,9 @@ void Dispatcher::move_cells(JobId id, LabJob& job, Instant now) {
   const std::vector<Seat> all = seats(job, Room::now);
   const bool might_gain = shares.size() < std::min(job.wish.patches.size(), all.size()) ||
                           std::any_of(shares.begin(), shares.end(), is_slow);
-  const bool has_settled = now >= job.run->hosted_at + options_.settling || job.moves == 0;
+  // On a busy machine nodes seem slow by turns: who has moved often moves rarely.
+  const std::int64_t settling_ns = job.moves == 0 ? 0 : options_.settling.ns << std::min(job.moves - 1, 10u);
+  const bool has_settled = now >= job.run->hosted_at + Duration{settling_ns};
   if (!has_to && !(might_gain && has_settled)) return;
   Expected<Place> found = place(job, Room::now);
   if (!found) return;

@@ -21,7 +21,7 @@ struct PaceOptions {
 
 class Pace {
  public:
-  /// One report's share; the mean of it and of those before counts, half of it the latest. What can not be is ignored.
+  /// One report's share; what counts is the mean of it and of those before, a quarter of it the latest. What can not be is ignored.
   /// @param others  the median share of the other nodes at work; 1 where there is none
   /// @returns whether the node has become slow, or is so no more
   bool measured(double share, double others, const PaceOptions& options, Instant now);
