@@ -144,9 +144,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("scene")
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("options", nargs="*", help="of lichthof submit")
-    asked = parser.parse_args()
+    parser.add_argument("--rounds", type=int, default=5, help="and behind -- the options of lichthof submit")
+    words = sys.argv[1:]
+    at = words.index("--") if "--" in words else len(words)
+    asked = parser.parse_args(words[:at])
+    asked.options = words[at + 1:]
     runs = {kind: [] for kind in KINDS}
     with tempfile.TemporaryDirectory() as folder:
         lab = Lab(asked.program, folder)

@@ -95,7 +95,7 @@ void Switchboard::bring_up(const ConnectionPointer& c) {
   setup_.monitor->strangers = strangers_.size();
   c->reader.admit(options_.max_frame_bytes);
   c->scribe->configure_read(caf::io::receive_policy::at_most(read_bytes));
-  c->outbox.grant(c->peer.bulk_window);
+  c->outbox.grant(c->peer.bulk_window, c->peer.bulk_window);
   c->frames = TokenBucket(options_.frames_per_second, options_.frames_at_once);
   c->counters = std::make_shared<PeerCounters>();
   c->counters->peer = PeerId{static_cast<std::uint64_t>(c->id)};

@@ -4,6 +4,7 @@
 /// waits for the rest of one frame at most.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -21,7 +22,12 @@ class Outbox {
   void push(FrameKind kind, SharedBytes bytes);
   /// A frame of the link's own, header included: goes with control.
   void push_own(Bytes frame);
-  void grant(std::uint64_t bytes) { credit_ += static_cast<std::int64_t>(bytes); }
+  /// @param window  credit never grows above it. A frame larger than the window is given back whole all the same: it has
+  ///                taken the credit below zero
+  void grant(std::uint64_t bytes, std::uint32_t window) {
+    const std::int64_t missing = std::max<std::int64_t>(0, std::int64_t{window} - credit_);
+    credit_ += static_cast<std::int64_t>(std::min(bytes, static_cast<std::uint64_t>(missing)));
+  }
 
   /// Appends to `out` until it holds `most` bytes or nothing may be sent.
   /// @returns how many frames were finished

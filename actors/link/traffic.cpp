@@ -54,7 +54,7 @@ void Switchboard::take(const ConnectionPointer& c, const Frame& frame) {
       return end(c, "left: " + reason_in(frame), Farewell::none);
     case FrameKind::credit:
       if (!number) break;
-      c->outbox.grant(std::min<std::uint64_t>(*number, c->peer.bulk_window));
+      c->outbox.grant(*number, c->peer.bulk_window);
       return pump(*c);
     case FrameKind::ping:
       if (!number) break;

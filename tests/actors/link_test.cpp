@@ -176,6 +176,18 @@ TEST_SUITE("actors") {
     CHECK(a.downs.empty());
   }
 
+  TEST_CASE("link: frames larger than the window cross one after the other, however many") {
+    LinkOptions options = named("b");
+    options.bulk_window = 1u << 16;
+    Process a(named("a")), b(options);
+    b.connect(a.listen());
+    REQUIRE(a.until([&] { return !a.ups.empty(); }));
+    constexpr std::size_t count = 12, size = 300'000;
+    for (std::size_t i = 0; i < count; ++i) a.link.send_bulk(a.peer(), bytes_of(size));
+    CHECK(b.until([&] { return b.bytes_arrived(true) == count * size; }));
+    CHECK(a.downs.empty());
+  }
+
   TEST_CASE("link: a frozen peer is down, also when bytes wait for it") {
     LinkOptions options = named("a");
     options.ping_interval = 100ms;
