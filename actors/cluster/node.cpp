@@ -7,6 +7,7 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <numeric>
 #include <set>
 #include <thread>
 
@@ -324,7 +325,8 @@ class NodeState {
         if (found == peers.end()) return 0;  // no neighbour: nobody sends there
         peer = found->second;
       }
-      if (const auto* result = std::get_if<ColumnResult>(&message)) counters->rays += result->rays;
+      if (const auto* result = std::get_if<ColumnResult>(&message))
+        counters->rays += std::accumulate(result->rays.begin(), result->rays.end(), std::uint64_t{0});
       auto bytes = std::make_shared<const Bytes>(encode(ClusterMessage(run_message(job, epoch, to, message))));
       const std::size_t count = bytes->size();
       const bool is_bulk =

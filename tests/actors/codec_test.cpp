@@ -100,7 +100,7 @@ TEST_SUITE("codec") {
 
   TEST_CASE("codec: the order of the bytes is fixed") {
     const Bytes bytes = encode(CellReady{CellId{0x01020304}, 1.0});
-    CHECK(bytes == Bytes{1, 2, 4, 3, 2, 1, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f});
+    CHECK(bytes == Bytes{2, 2, 4, 3, 2, 1, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f});
   }
 
   TEST_CASE("codec: a shot takes the bytes it is counted with") {
@@ -121,11 +121,11 @@ TEST_SUITE("codec") {
 
   TEST_CASE("codec: another version and an unknown kind are refused with a reason") {
     Bytes bytes = encode(JobRequest{});
-    bytes[0] = 2;
+    bytes[0] = 3;
     const Expected<Message> newer = decode(bytes);
     REQUIRE(!newer);
-    CHECK(newer.error().message.find("wire form 2") != std::string::npos);
-    bytes[0] = 1, bytes[1] = 200;
+    CHECK(newer.error().message.find("wire form 3") != std::string::npos);
+    bytes[0] = 2, bytes[1] = 200;
     CHECK(!decode(bytes));
   }
 

@@ -179,7 +179,7 @@ class Malice {
       case 0:
         return encode(ClusterMessage(Registration{"ghost", 4, 1ull << 33, 1e6}));
       case 1:
-        return encode(ClusterMessage(NodeReport{0.5, 1u << 30, 1u << 20, 1, {{"cell 0", JobId{1}, "idle"}}}));
+        return encode(ClusterMessage(NodeReport{0.5, 1, 1u << 30, 1u << 20, 1, 2, 3, {{"cell 0", JobId{1}, "idle"}}}));
       case 2:
         return encode(ClusterMessage(WantBlob{std::string(64, 'a'), below(1000)}));
       case 3:

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <utility>
 
 using namespace lichthof;
 
@@ -258,25 +259,27 @@ TEST_SUITE("dispatcher") {
     RunningLab lab;
     lab.dispatcher.checkpoint_kept(lab.id, Epoch{1}, lab.now);
     lab.step();
+    NodeId host{1}, other{2};
     for (std::uint32_t round = 0; round < 5; ++round) {
-      lab.dispatcher.node_parted(NodeId{1 + 10 * round}, "its owner is at the machine", lab.now);
-      lab.dispatcher.node_parted(NodeId{1 + 10 * round}, "twice", lab.now);
+      lab.dispatcher.node_parted(host, "its owner is at the machine", lab.now);
+      lab.dispatcher.node_parted(host, "twice", lab.now);
       const auto hosts = given<HostRun>(lab.step());
       REQUIRE(hosts.size() == 1);
       CHECK(hosts[0].from_checkpoint);
-      CHECK(hosts[0].cells.size() == 1);
+      REQUIRE(hosts[0].cells.size() == 1);
+      CHECK(hosts[0].cells[0].first == other);
       CHECK(given<DropNode>(lab.last).empty());
-      CHECK(lab.job(lab.id).reason.find("owner") != std::string::npos);
       lab.host_all(lab.id);
       // It comes back, and gets work again with the next epoch.
-      lab.join(11 + 10 * round, facts("a"));
+      host = std::exchange(other, NodeId{11 + round});
+      lab.join(other.value, facts("a"));
       lab.step();
     }
     CHECK(lab.job(lab.id).lost_nodes.empty());
     CHECK(lab.job(lab.id).state == JobState::running);
-    lab.dispatcher.node_left(NodeId{2}, "connection lost", lab.now);
+    lab.dispatcher.node_left(host, "connection lost", lab.now);
     lab.step();
-    CHECK(lab.job(lab.id).lost_nodes == std::vector<std::string>{"b"});
+    CHECK(lab.job(lab.id).lost_nodes == std::vector<std::string>{"a"});
   }
 
   TEST_CASE("dispatcher: the picture goes on without a lost node, and waits when none is left") {
