@@ -114,9 +114,10 @@ TEST_SUITE("system") {
       REQUIRE(lab.until([&] { return lab.node_count() == 0; }));
       CHECK(lab.job(id)["state"] == "queued");
     }
-    // One that dies is.
+    // One that dies is; those lost within 3 s count as one.
     for (int deaths = 0; deaths < 3; ++deaths) {
       CAPTURE(deaths);
+      std::this_thread::sleep_for(std::chrono::milliseconds(3500));
       Process& anna = lab.start("anna");
       REQUIRE(lab.until([&] { return is_hosted(lab, id); }));
       anna.signal(SIGKILL);
