@@ -12,77 +12,92 @@ namespace lichthof::bench {
 
 namespace {
 
-constexpr std::size_t pair_count = 512;  // clusters of 16: some 200 KB, what a shot touches between two others
+constexpr std::size_t shot_count = 32,
+                      clusters_per_shot = 16;  // of 16 receivers: a shot meets many clusters with one patch
 constexpr std::uint32_t resolution = 128;
 constexpr std::size_t frame_count = 16, packet_count = 256;
 
-/// A cluster of 16 receivers and the patch it sees, for the kernels and for the scalar form factor.
-struct Pair {
+/// 16 receivers, for the kernels and for the scalar form factor.
+struct Receiving {
   Receivers16 receivers;
-  FlatShooter flat;
-  Aim16 aim;
-  std::vector<Vec3> corners;  ///< of the patch, local
   std::vector<Vec3> points, normals;
 };
 
-Pair pair_of(const Mesh& mesh, const Cluster& cluster, const Patch& patch, const Vec3& origin) {
-  Pair pair;
-  pair.receivers = cluster.points;
+/// A patch, and clusters of 16 receivers that see it.
+struct PatchShot {
+  FlatShooter flat;
+  Aim16 aim;
+  std::vector<Vec3> corners;  ///< of the patch, local
+  std::vector<Receiving> clusters;
+};
+
+PatchShot shot_of(const Mesh& mesh, const Patch& patch, const Vec3& origin) {
+  PatchShot shot;
   const Plane& plane = mesh.planes[patch.plane.value];
-  for (const Vec2& corner : mesh.polygon(patch.polygon)) pair.corners.push_back(plane.point(corner) - origin);
-  pair.flat = flat_shooter(pair.corners, plane.normal, Vec3{0.0});
-  std::fill_n(pair.aim.x, 32, pair.flat.cx), std::fill_n(pair.aim.y, 32, pair.flat.cy);
-  std::fill_n(pair.aim.z, 32, pair.flat.cz);
-  const Receivers16& r = cluster.points;
-  for (int lane = 0; lane < 16; ++lane) {
-    pair.points.emplace_back(r.x[lane], r.y[lane], r.z[lane]);
-    pair.normals.emplace_back(r.nx[lane], r.ny[lane], r.nz[lane]);
-  }
-  return pair;
+  for (const Vec2& corner : mesh.polygon(patch.polygon)) shot.corners.push_back(plane.point(corner) - origin);
+  shot.flat = flat_shooter(shot.corners, plane.normal, Vec3{0.0});
+  std::fill_n(shot.aim.x, 32, shot.flat.cx), std::fill_n(shot.aim.y, 32, shot.flat.cy);
+  std::fill_n(shot.aim.z, 32, shot.flat.cz);
+  return shot;
 }
 
-/// Pairs of the scene where all 16 receivers see the patch, occluders left aside, horizons cutting it or not.
-std::vector<Pair> pairs_of(const BenchCase& scene, const PacketScene& packets) {
-  std::vector<Pair> pairs;
+Receiving receiving(const Receivers16& r) {
+  Receiving cluster{r, {}, {}};
+  for (int lane = 0; lane < 16; ++lane) {
+    cluster.points.emplace_back(r.x[lane], r.y[lane], r.z[lane]);
+    cluster.normals.emplace_back(r.nx[lane], r.ny[lane], r.nz[lane]);
+  }
+  return cluster;
+}
+
+/// Shots of the scene whose receivers all see the patch, occluders left aside, horizons cutting it or not.
+std::vector<PatchShot> shots_of(const BenchCase& scene, const PacketScene& packets) {
+  std::vector<PatchShot> shots;
   const Mesh& mesh = *scene.mesh();
   Random random(11);
   Factors16 factors;
   clear_segments(factors.segments);
-  for (std::size_t tries = 0; pairs.size() < pair_count && tries < 1000 * pair_count; ++tries) {
-    const Cluster& cluster =
-        packets.tree.clusters[random.below(static_cast<std::uint32_t>(packets.tree.clusters.size()))];
+  for (std::size_t tries = 0; shots.size() < shot_count && tries < 100 * shot_count; ++tries) {
     const Patch& patch = mesh.patches[random.below(static_cast<std::uint32_t>(mesh.patches.size()))];
-    if (cluster.lanes != 0xffff || patch.polygon.count > static_cast<std::uint32_t>(FlatShooter::max_corners)) continue;
-    const Pair pair = pair_of(mesh, cluster, patch, packets.origin);
-    if (kernels().factor16(pair.receivers, 0xffff, pair.flat, pair.aim, 0, 1e-6f, factors) == 0xffff)
-      pairs.push_back(pair);
+    if (patch.polygon.count > static_cast<std::uint32_t>(FlatShooter::max_corners)) continue;
+    PatchShot shot = shot_of(mesh, patch, packets.origin);
+    for (std::size_t looks = 0; shot.clusters.size() < clusters_per_shot && looks < 100 * clusters_per_shot; ++looks) {
+      const Cluster& cluster =
+          packets.tree.clusters[random.below(static_cast<std::uint32_t>(packets.tree.clusters.size()))];
+      if (cluster.lanes == 0xffff &&
+          kernels().factor16(cluster.points, 0xffff, shot.flat, shot.aim, 0, 1e-6f, factors) == 0xffff)
+        shot.clusters.push_back(receiving(cluster.points));
+    }
+    if (shot.clusters.size() == clusters_per_shot) shots.push_back(std::move(shot));
   }
-  return pairs;
+  return shots;
 }
 
 void add_form_factors(const BenchCase& scene, const PacketScene& packets, Section& section) {
-  const std::vector<Pair> pairs = pairs_of(scene, packets);
-  if (pairs.empty()) return;
+  const std::vector<PatchShot> shots = shots_of(scene, packets);
+  if (shots.empty()) return;
   Factors16 factors;
   clear_segments(factors.segments);
   std::vector<std::function<void()>> works{[&] {
     double sum = 0;
-    for (const Pair& pair : pairs)
-      for (std::size_t lane = 0; lane < 16; ++lane)
-        sum += form_factor(pair.points[lane], pair.normals[lane], pair.corners);
+    for (const PatchShot& shot : shots)
+      for (const Receiving& cluster : shot.clusters)
+        for (std::size_t lane = 0; lane < 16; ++lane)
+          sum += form_factor(cluster.points[lane], cluster.normals[lane], shot.corners);
     keep(sum);
   }};
   for (const Kernels& width : available_kernels())
     works.emplace_back([&, kernel = width.factor16] {
       float sum = 0;
-      for (const Pair& pair : pairs) {
-        kernel(pair.receivers, 0xffff, pair.flat, pair.aim, 0, 1e-6f, factors);
-        sum += factors.factor[0];
-      }
+      for (const PatchShot& shot : shots)
+        for (const Receiving& cluster : shot.clusters) {
+          kernel(cluster.receivers, 0xffff, shot.flat, shot.aim, 0, 1e-6f, factors);
+          sum += factors.factor[0];
+        }
       keep(sum);
     });
   const std::vector<double> seconds = cpu_s_per_call(works, scene.repeat());
-  const double count = 16.0 * static_cast<double>(pairs.size());
+  const double count = 16.0 * static_cast<double>(shots.size() * clusters_per_shot);
   section.add("scalar/pairs_per_s", "form factors, scalar, double precision", count / seconds[0], "1/s");
   for (std::size_t k = 0; k < available_kernels().size(); ++k) {
     const std::string name = available_kernels()[k].name;
