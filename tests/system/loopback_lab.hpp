@@ -52,10 +52,10 @@ class LoopbackLab {
     return answer.is_object() ? answer : nlohmann::json::object();
   }
   std::size_t node_count() { return asked({"shell", "-c", "nodes"}).value("nodes", nlohmann::json::array()).size(); }
-  /// A picture of the office, whose light takes some seconds, and longer with more elements. @returns its id
-  std::string submit(int elements = 12000, const std::string& eps = "1e-5") {
+  /// A picture of two rooms, whose light takes some seconds, and longer with more elements. @returns its id
+  std::string submit(int elements = 40000) {
     const nlohmann::json answer =
-        asked({"submit", std::string(LICHTHOF_SOURCE_DIR) + "/scenes/office_floor.toml", "--cells", "2", "--eps", eps,
+        asked({"submit", std::string(LICHTHOF_SOURCE_DIR) + "/scenes/two_rooms.toml", "--cells", "2", "--eps", "1e-5",
                "--elements", std::to_string(elements), "--size", "48x36"});
     REQUIRE(answer.contains("id"));
     return answer["id"].dump();
