@@ -16,10 +16,10 @@ namespace {
 
 static_assert(sizeof(RTCRay16) == sizeof(Segments16), "Segments16 is passed to the kernel as it is");
 
+std::atomic<std::ptrdiff_t> device_bytes{0};  ///< allocated by Embree just now
+
 /// One Embree device for the process: creating one costs milliseconds, and it holds no scene. It must not be told a number
 /// of threads: Embree would limit oneTBB to that number in the whole process, Parallel's arenas included.
-std::atomic<std::ptrdiff_t> device_bytes{0};  // allocated by Embree just now
-
 RTCDevice device() {
   struct Holder {
     RTCDevice handle = rtcNewDevice("set_affinity=0");
