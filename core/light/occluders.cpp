@@ -14,12 +14,12 @@ constexpr std::size_t block_size = 16;
 /// Any convex part of a surface may answer "blocked"; only all of it may answer "free".
 FlatOccluder occluder_of(const Surface& surface, const Vec3& origin, double margin) {
   const std::size_t count = surface.corners.size();
-  if (count <= FlatShooter::max_corners)
-    return flat_occluder(flat_shooter(surface.corners, surface.normal, origin), margin);
+  if (count <= FlatPolygon::max_corners)
+    return flat_occluder(flat_polygon(surface.corners, surface.normal, origin), margin);
   Polygon some;
-  for (std::size_t k = 0; k < FlatShooter::max_corners; ++k)
-    some.push_back(surface.corners[k * count / FlatShooter::max_corners]);
-  return flat_occluder(flat_shooter(some, surface.normal, origin), margin);
+  for (std::size_t k = 0; k < FlatPolygon::max_corners; ++k)
+    some.push_back(surface.corners[k * count / FlatPolygon::max_corners]);
+  return flat_occluder(flat_polygon(some, surface.normal, origin), margin);
 }
 
 FlatBox box_of(const Surface& surface, const Vec3& origin, double margin) {
@@ -41,7 +41,7 @@ float centre(const FlatBox& box, int axis) { return 0.5f * (box.lo[axis] + box.h
 
 }  // namespace
 
-FlatBox box_of(const FlatShooter& f) {
+FlatBox box_of(const FlatPolygon& f) {
   return {{*std::min_element(f.x, f.x + f.count), *std::min_element(f.y, f.y + f.count),
            *std::min_element(f.z, f.z + f.count)},
           {*std::max_element(f.x, f.x + f.count), *std::max_element(f.y, f.y + f.count),
@@ -55,7 +55,7 @@ Occluders::Occluders(const Scene& scene, std::span<const Surface> surfaces, cons
   float largest = 0;
   for (std::uint32_t s = 0; s < surfaces.size(); ++s) {
     flat_.push_back(occluder_of(surfaces[s], origin, offset));
-    exact_.push_back(surfaces[s].corners.size() <= FlatShooter::max_corners);
+    exact_.push_back(surfaces[s].corners.size() <= FlatPolygon::max_corners);
     boxes.push_back(box_of(surfaces[s], origin, offset));
     largest = std::max(largest, extent(boxes.back()));
     if (scene.material_of(surfaces[s]).finish != Finish::glass) order.push_back(s);
@@ -96,7 +96,7 @@ void Occluders::add_blocks(std::span<std::uint32_t> surfaces, const std::vector<
     const std::uint32_t s = surfaces[lane];
     for (int axis = 0; axis < 3; ++axis)
       block.bounds[axis][lane] = boxes[s].lo[axis], block.bounds[3 + axis][lane] = boxes[s].hi[axis];
-    const FlatShooter& polygon = flat_[s].polygon;
+    const FlatPolygon& polygon = flat_[s].polygon;
     block.nx[lane] = polygon.nx, block.ny[lane] = polygon.ny, block.nz[lane] = polygon.nz;
     block.plane[lane] = flat_[s].plane;
     block.index[lane] = s;
@@ -120,7 +120,7 @@ void Occluders::add_parents() {
   }
 }
 
-std::vector<ShooterSides> Occluders::sides_of(const FlatShooter& shooter) const {
+std::vector<ShooterSides> Occluders::sides_of(const FlatPolygon& shooter) const {
   std::vector<ShooterSides> sides(blocks_.size());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Occluders16& o = blocks_[b];

@@ -15,7 +15,7 @@ struct FlatBox {
   float lo[3], hi[3];
 };
 
-FlatBox box_of(const FlatShooter& polygon);
+FlatBox box_of(const FlatPolygon& polygon);
 
 /// The hull of two boxes with all segments between them, whose ends are lifted off their surfaces by `offset` (m).
 Shaft shaft_between(const FlatBox& shooter, const FlatBox& receivers, float offset);
@@ -36,7 +36,7 @@ class Occluders {
 
   const FlatOccluder& operator[](std::uint32_t surface) const { return flat_[surface]; }
   /// On which side of each plane the whole polygon lies, by block. @cost about 0.1 µs per 16 occluders
-  std::vector<ShooterSides> sides_of(const FlatShooter& shooter) const;
+  std::vector<ShooterSides> sides_of(const FlatPolygon& shooter) const;
   /// Those that may block a segment in the shaft. @param sides  of the shooter
   OccluderSelection in_shaft(const Shaft& shaft, std::span<const ShooterSides> sides, std::size_t most) const;
   std::size_t memory_bytes() const;

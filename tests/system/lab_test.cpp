@@ -164,12 +164,13 @@ TEST_SUITE("system") {
       jobs.push_back(lab.submit("1e-4"));
       REQUIRE(lab.until([&] { return lab.job(jobs[jobs.size() - 2]).value("checkpoint", false); }));
       pause_s(random.unit() * (whole.radiosity_s + whole.picture_s));
+      lab.kill_controller();
       // What a controller that died while writing leaves behind: half a file, or anything at all.
       const std::string kept = contents(lab.state("jobs"));
       std::ofstream(lab.state("jobs.part"), std::ios::binary)
           << (trial % 2 ? std::string(1000, '\xa5') : kept.substr(0, kept.size() / 2));
-      lab.restart_controller();
       const double restarted = now_s();
+      lab.start_controller();
       const auto goes_on = [&] {
         return std::any_of(jobs.begin(), jobs.end(), [&](const auto& id) { return lab.job_state(id) == "running"; }) ||
                std::all_of(jobs.begin(), jobs.end(), [&](const auto& id) { return lab.is_over(id); });
@@ -185,8 +186,7 @@ TEST_SUITE("system") {
   TEST_CASE("lab: a controller whose own file is torn says so and touches nothing") {
     RealLab lab({"anna"});
     lab.expect_done(lab.submit("1e-3"));
-    lab.controller().signal(SIGKILL);
-    lab.controller().finish();
+    lab.kill_controller();
     const std::string kept = contents(lab.state("jobs")), torn = kept.substr(0, kept.size() - 7);
     std::ofstream(lab.state("jobs"), std::ios::binary | std::ios::trunc) << torn;
     const Outcome refused = ran({"controller", "--port", "0", "--node-port", "0", "--state", lab.state("")});

@@ -43,9 +43,9 @@ class RealLab {
   explicit RealLab(const Setup& setup);
   explicit RealLab(std::vector<std::string> nodes) : RealLab(Setup{std::move(nodes)}) {}
 
+  /// With the ports and the state of the one before.
   void start_controller();
-  /// With the ports and the state it had. @returns seconds until it answers
-  double restart_controller();
+  void kill_controller();
   Process& controller() { return *controller_; }
   void start(const std::string& name);
   Process& node(const std::string& name) { return *nodes_.at(name); }

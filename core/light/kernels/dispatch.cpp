@@ -13,7 +13,7 @@ namespace lichthof {
                          float, Factors16&);                                                             \
   float accumulate16(Factors16&, const float*, const float (&)[3], Sums16&);                             \
   bool block16(const FlatOccluder&, Segments16&, LaneMask16&);                                           \
-  bool hidden8(const float (&)[3][8], const FlatShooter&, const FlatShooter&, float);                    \
+  bool hidden8(const float (&)[3][8], const FlatPolygon&, const FlatPolygon&, float);                    \
   std::size_t in_shaft(const Shaft&, const Occluders16*, const ShooterSides*, const Candidates*,         \
                        std::size_t, Candidates*);                                                        \
   }
@@ -49,9 +49,9 @@ const Kernels& kernels() {
   return chosen;
 }
 
-FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin) {
-  MUST(corners.size() >= 3 && corners.size() <= FlatShooter::max_corners);
-  FlatShooter flat;
+FlatPolygon flat_polygon(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin) {
+  MUST(corners.size() >= 3 && corners.size() <= FlatPolygon::max_corners);
+  FlatPolygon flat;
   flat.count = static_cast<int>(corners.size());
   for (int k = 0; k < flat.count; ++k) {
     const Vec3 local = corners[static_cast<std::size_t>(k)] - origin;
@@ -65,7 +65,26 @@ FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, cons
   return flat;
 }
 
-FlatOccluder flat_occluder(const FlatShooter& polygon, double margin) {
+FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin) {
+  FlatShooter flat;
+  static_cast<FlatPolygon&>(flat) = flat_polygon(corners, normal, origin);
+  const auto edge = [&](std::size_t k) { return corners[k + 1 == corners.size() ? 0 : k + 1] - corners[k]; };
+  std::size_t longest = 0;  // gives the axis u with the least rounding
+  for (std::size_t k = 1; k < corners.size(); ++k)
+    if (glm::length(edge(k)) > glm::length(edge(longest))) longest = k;
+  const Vec3 along = edge(longest) - glm::dot(edge(longest), normal) * normal;
+  const Vec3 u = glm::normalize(along), v = glm::cross(normal, u), centre = centroid(corners);
+  flat.ux = static_cast<float>(u.x), flat.uy = static_cast<float>(u.y), flat.uz = static_cast<float>(u.z);
+  flat.vx = static_cast<float>(v.x), flat.vy = static_cast<float>(v.y), flat.vz = static_cast<float>(v.z);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 from = corners[k] - centre;
+    flat.u[k] = static_cast<float>(glm::dot(from, u)), flat.v[k] = static_cast<float>(glm::dot(from, v));
+    flat.eu[k] = static_cast<float>(glm::dot(edge(k), u)), flat.ev[k] = static_cast<float>(glm::dot(edge(k), v));
+  }
+  return flat;
+}
+
+FlatOccluder flat_occluder(const FlatPolygon& polygon, double margin) {
   FlatOccluder occluder;
   occluder.polygon = polygon;
   const Vec3 n{polygon.nx, polygon.ny, polygon.nz};

@@ -25,12 +25,10 @@ inline V load_any(const float* p) {  // unaligned
   return v;
 }
 inline void store(float* p, V v) { *reinterpret_cast<V*>(p) = v; }
-inline V all(float s) { return V{} + s; }
-inline V3 operator-(const V3& a, const V3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline V all(float s) { return s - V{}; }  // s + 0 is not s when s is -0
 inline V3 operator+(const V3& a, const V3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline V3 operator*(const V& s, const V3& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline V dot(const V3& a, const V3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline V3 cross(const V3& a, const V3& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline V select(M m, V a, V b) { return m ? a : b; }
 inline V3 select(M m, const V3& a, const V3& b) { return {m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z}; }
 
@@ -84,139 +82,166 @@ inline V theta_over_sine(V c) {
   return (p01 + y2 * p23) + y4 * ((p45 + y2 * p67) + y4 * p89);
 }
 
+/// A place in the shooter's plane, seen from the foot of each lane's perpendicular on it. All places of the polygon have the
+/// same height over the receiver, which saves a third of Lambert's sum.
+struct V2 {
+  V u, v;
+};
+inline V2 operator-(const V2& a, const V2& b) { return {a.u - b.u, a.v - b.v}; }
+inline V2 operator+(const V2& a, const V2& b) { return {a.u + b.u, a.v + b.v}; }
+inline V2 operator*(const V& s, const V2& a) { return {s * a.u, s * a.v}; }
+inline V2 select(M m, const V2& a, const V2& b) { return {m ? a.u : b.u, m ? a.v : b.v}; }
+
+/// 16 / width receivers in the shooter's frame (u, v, normal).
+struct Lanes {
+  V2 foot;            ///< of the receiver on the shooter's plane, from the shooter's centre (m)
+  V height2;          ///< squared distance to that plane (m²)
+  V2 n;               ///< receiver's normal, along u and v
+  V nw;               ///< and along the shooter's normal
+  V2 lean;            ///< n times the shooter's height over the receiver (m)
+  V level;            ///< nw times that height (m)
+  M alive;            ///< lanes in front of the shooter's plane
+
+  /// Above the receiver's own horizon (m).
+  V above(const V2& a) const { return a.u * n.u + a.v * n.v + level; }
+  /// n · (e x a) for an edge e from a.
+  V turned(const V2& e, const V2& a) const { return e.u * (a.v * nw - lean.v) - e.v * (a.u * nw - lean.u); }
+  /// 1 / length of the way from the receiver.
+  V inverse_length(const V2& a) const { return 1.f / square_root(a.u * a.u + a.v * a.v + height2); }
+};
+
+/// θ/sinθ of an edge e from a, where its cosine is negative: there sinθ must come from the cross product, as sqrt(1 - cos²)
+/// cancels near θ = π. @param ratio  of |cosine|, kept in other lanes
+inline V beyond_right_angle(const Lanes& lanes, const V2& a, const V2& e, V cosine, V scale, V ratio) {
+  const V flat = e.u * a.v - e.v * a.u;
+  const V sine = square_root((e.u * e.u + e.v * e.v) * lanes.height2 + flat * flat) * scale;
+  const V safe = select(sine > 1e-12f, sine, all(1e-12f));
+  return select(cosine < 0.f, 3.14159265358979f / safe - ratio, ratio);
+}
+
 /// One edge of Lambert's sum, times 2π: angle(a, b) · n · unit(b × a), from the edge e = b - a (difference form).
-inline V edge_term(const V3& n, const V3& a, const V3& b, const V3& e, V inverse_a, V inverse_b) {
-  const V scale = inverse_a * inverse_b;
-  const V cosine = dot(a, b) * scale;
-  const V3 across = cross(e, a);
-  const M obtuse = cosine < 0.f;
+inline V edge_term(const Lanes& lanes, const V2& a, const V2& b, const V2& e) {
+  const V scale = lanes.inverse_length(a) * lanes.inverse_length(b);
+  const V cosine = (a.u * b.u + a.v * b.v + lanes.height2) * scale;
   V ratio = theta_over_sine(least(all(1.f), absolute(cosine)));
-  if (any(obtuse)) {
-    // Beyond a right angle sinθ must come from the cross product: sqrt(1 - cos²) cancels near θ = π.
-    const V sine = square_root(dot(across, across)) * scale;
-    const V safe = select(sine > 1e-12f, sine, all(1e-12f));
-    ratio = select(obtuse, 3.14159265358979f / safe - ratio, ratio);
-  }
-  return ratio * dot(n, across) * scale;
+  if (any(cosine < 0.f)) ratio = beyond_right_angle(lanes, a, e, cosine, scale, ratio);
+  return ratio * lanes.turned(e, a) * scale;
 }
 
-inline V inverse_length(const V3& a) {
-  const V square = dot(a, a);
-  return 1.f / square_root(square + 1e-37f);  // a corner at the receiver itself contributes nothing: a is 0 there
-}
+inline V2 corner_at(const FlatShooter& s, const Lanes& lanes, int k) { return {s.u[k] - lanes.foot.u, s.v[k] - lanes.foot.v}; }
+/// Edges are the same for all lanes, and have no rounding of the receivers' places.
+inline V2 edge_at(const FlatShooter& s, int k) { return {all(s.eu[k]), all(s.ev[k])}; }
 
-/// A shooter with its edges. They are the same for all lanes, and have no rounding of the receivers' places.
-struct Outline {
-  explicit Outline(const FlatShooter& s) : shooter(s) {
-    for (int k = 0; k < s.count; ++k) {
-      const int next = k + 1 == s.count ? 0 : k + 1;
-      ex[k] = s.x[next] - s.x[k], ey[k] = s.y[next] - s.y[k], ez[k] = s.z[next] - s.z[k];
-    }
-  }
-  V3 edge(int k) const { return {all(ex[k]), all(ey[k]), all(ez[k])}; }
-
-  const FlatShooter& shooter;
-  float ex[FlatShooter::max_corners], ey[FlatShooter::max_corners], ez[FlatShooter::max_corners];
+struct Sum {
+  V sum;
+  M crosses;          ///< lanes whose horizon crosses the polygon,
+  V2 middle;          ///< and there the middle of what is seen
 };
 
 /// The general case: some lanes see the polygon across their horizon. Every lane clips for itself; a convex polygon
 /// leaves the upper half space at most once and comes back at most once, so one closing edge along the horizon suffices.
 /// Lanes whose horizon cuts nothing get the very bits of the simple case: which lanes share a register is a matter of width.
-V clipped_sum(const V3& n, const Outline& outline, const V3* corner, const V* height, M cut_lanes, int count, V3& target) {
+[[gnu::noinline]] Sum clipped_sum(Lanes lanes, const FlatShooter& shooter, M cut_lanes, int count) {
+  const V2 zero{all(0.f), all(0.f)};
   V sum = all(0.f), corners_seen = all(0.f);
-  V3 leaves{sum, sum, sum}, enters{sum, sum, sum}, middle{sum, sum, sum};
+  V2 leaves = zero, enters = zero, total = zero;
   M crosses = sum > 1.f;
+  V2 a = corner_at(shooter, lanes, 0);
+  V ha = lanes.above(a);
   for (int k = 0; k < count; ++k) {
-    const int next = k + 1 == count ? 0 : k + 1;
-    const V3 &a = corner[k], &b = corner[next];
-    const V ha = height[k], hb = height[next];
+    const V2 b = corner_at(shooter, lanes, k + 1 == count ? 0 : k + 1);
+    const V hb = lanes.above(b);
     const M a_in = (ha > 0.f) | ~cut_lanes, b_in = (hb > 0.f) | ~cut_lanes;
     const M out = a_in & ~b_in, in = ~a_in & b_in, used = a_in | b_in;
-    if (!any(used)) continue;
-    const V span = ha - hb;
-    const V t = ha / select(out | in, span, all(1.f));
-    const V3 cut = a + t * (b - a);
-    const V3 from = select(in, cut, a), to = select(out, cut, b);
-    const V3 edge = select(a_in & b_in, outline.edge(k), to - from);
-    const V term = edge_term(n, from, to, edge, inverse_length(from), inverse_length(to));
-    sum += select(used, term, all(0.f));
-    leaves = select(out, cut, leaves);
-    enters = select(in, cut, enters);
-    crosses = crosses | out;
-    const V3 zero{all(0.f), all(0.f), all(0.f)};
-    middle = middle + select(a_in, a, zero) + select(out | in, cut, zero);
-    corners_seen += select(a_in, all(1.f), all(0.f)) + select(out | in, all(1.f), all(0.f));
+    if (any(used)) {
+      const V span = ha - hb;
+      const V t = ha / select(out | in, span, all(1.f));
+      const V2 cut = a + t * (b - a);
+      const V2 from = select(in, cut, a), to = select(out, cut, b);
+      const V2 edge = select(a_in & b_in, edge_at(shooter, k), to - from);
+      const V term = edge_term(lanes, from, to, edge);
+      sum += select(used, term, all(0.f));
+      leaves = select(out, cut, leaves);
+      enters = select(in, cut, enters);
+      crosses = crosses | out;
+      total = total + select(a_in, a, zero) + select(out | in, cut, zero);
+      corners_seen += select(a_in, all(1.f), all(0.f)) + select(out | in, all(1.f), all(0.f));
+    }
+    a = b, ha = hb;
   }
-  const V closing = edge_term(n, leaves, enters, enters - leaves, inverse_length(leaves), inverse_length(enters));
-  sum += select(crosses, closing, all(0.f));
-  const V scale = 1.f / select(corners_seen > 0.f, corners_seen, all(1.f));
-  target = select(crosses, scale * middle, target);
-  return sum;
+  sum += select(crosses, edge_term(lanes, leaves, enters, enters - leaves), all(0.f));
+  return {sum, crosses, (1.f / select(corners_seen > 0.f, corners_seen, all(1.f))) * total};
 }
 
-struct Lanes {
-  V3 p, n;            ///< receivers: point and normal
-  V3 to_centre;       ///< from the point to the shooter's centre
-  M alive;            ///< lanes in front of the shooter's plane
+/// What must be divided, for the lanes of one register. `Fixed` > 0 is the number of corners, and unrolls the loops.
+template <int Fixed>
+struct Corners {
+  static constexpr int room = Fixed > 0 ? Fixed : FlatShooter::max_corners;
+  static int count(const FlatShooter& shooter) { return Fixed > 0 ? Fixed : shooter.count; }
+
+  Lanes lanes;
+  V height;                 ///< of the shooter's plane over the receiver (m)
+  V inverse[room];          ///< of the distances of the corners (1/m)
+  V lowest, highest;        ///< corner over the horizon (m)
+
+  /// Lanes [at, at + lanes_at_once), of which `holding` hold receivers.
+  inline void measure(const Receivers16& receivers, int at, std::uint32_t holding, const FlatShooter& shooter, float offset) {
+    const V3 n = {load(receivers.nx + at), load(receivers.ny + at), load(receivers.nz + at)};
+    const V3 u{all(shooter.ux), all(shooter.uy), all(shooter.uz)}, v{all(shooter.vx), all(shooter.vy), all(shooter.vz)},
+        w{all(shooter.nx), all(shooter.ny), all(shooter.nz)};
+    const V3 to_centre = {shooter.cx - load(receivers.x + at), shooter.cy - load(receivers.y + at),
+                          shooter.cz - load(receivers.z + at)};
+    height = dot(to_centre, w);
+    lanes.alive = (height < 0.f) & lane_mask(holding);  // lanes behind the shooter's plane see its dark side
+    lanes.foot = {-dot(to_centre, u), -dot(to_centre, v)};
+    lanes.height2 = height * height + 1e-37f;  // a corner at the receiver itself contributes nothing: all is 0 there
+    lanes.n = {dot(n, u), dot(n, v)};
+    lanes.nw = dot(n, w);
+    lanes.lean = height * lanes.n;
+    lanes.level = height * lanes.nw;
+    lowest = all(3e38f), highest = all(-3e38f);
+    for (int k = 0; k < count(shooter); ++k) {
+      const V2 corner = corner_at(shooter, lanes, k);
+      const V above = lanes.above(corner);
+      lowest = least(above, lowest);
+      highest = most(above, highest);
+      inverse[k] = lanes.inverse_length(corner);
+    }
+    // Where neither rises over the other's plane by more than rays are lifted, both lie in one: the rest is rounding.
+    lanes.alive = lanes.alive & (highest > 0.f) & (most(-height, highest) > offset);
+  }
+
+  /// Lambert's sum over the polygon.
+  inline Sum sum(const FlatShooter& shooter) const {
+    if (!any(lanes.alive)) return {all(0.f), lanes.alive, V2{}};
+    // What lies a millionth below the horizon adds 1e-12, but would have all walls clip the floor's edges by rounding.
+    const M cut = lowest < -1e-6f * highest;
+    if (any(lanes.alive & cut)) return clipped_sum(lanes, shooter, cut, count(shooter));
+    V scale[room], cosine[room], smallest = all(1.f);
+    for (int k = 0; k < count(shooter); ++k) {
+      const int next = k + 1 == count(shooter) ? 0 : k + 1;
+      const V2 from = corner_at(shooter, lanes, k), to = corner_at(shooter, lanes, next);
+      scale[k] = inverse[k] * inverse[next];
+      cosine[k] = (from.u * to.u + from.v * to.v + lanes.height2) * scale[k];
+      smallest = least(cosine[k], smallest);
+    }
+    const M wide = smallest < 0.f;
+    V sum = all(0.f);
+    for (int k = 0; k < count(shooter); ++k) {
+      const V2 from = corner_at(shooter, lanes, k), edge = edge_at(shooter, k);
+      V ratio = theta_over_sine(least(all(1.f), absolute(cosine[k])));
+      if (any(wide)) ratio = beyond_right_angle(lanes, from, edge, cosine[k], scale[k], ratio);
+      sum += ratio * lanes.turned(edge, from) * scale[k];
+    }
+    return {sum, sum > 3e38f, V2{}};
+  }
 };
 
-/// Lambert's sum over a polygon of `count` corners; `Fixed` > 0 unrolls the loops and keeps the corners in registers.
-template <int Fixed>
-V polygon_sum(Lanes& lanes, const Outline& outline, V3& target) {
-  const FlatShooter& shooter = outline.shooter;
-  constexpr int room = Fixed > 0 ? Fixed : FlatShooter::max_corners;
-  const int count = Fixed > 0 ? Fixed : shooter.count;
-  // A corner as seen from each lane; taken anew where it is needed, since there are not registers for all of them.
-  const auto corner_at = [&](int k) { return V3{shooter.x[k] - lanes.p.x, shooter.y[k] - lanes.p.y, shooter.z[k] - lanes.p.z}; };
-  V lowest = all(3e38f), highest = all(-3e38f);
-  V inverse[room];
-  for (int k = 0; k < count; ++k) {
-    const V3 corner = corner_at(k);
-    const V height = dot(lanes.n, corner);
-    lowest = least(height, lowest);
-    highest = most(height, highest);
-    inverse[k] = inverse_length(corner);
-  }
-  lanes.alive = lanes.alive & (highest > 0.f);
-  if (!any(lanes.alive)) return all(0.f);
-  if (any(lanes.alive & (lowest < 0.f))) {
-    V3 corner[room];
-    V height[room];
-    for (int k = 0; k < count; ++k) corner[k] = corner_at(k), height[k] = dot(lanes.n, corner[k]);
-    return clipped_sum(lanes.n, outline, corner, height, lowest < 0.f, count, target);
-  }
-
-  V sum = all(0.f);
-  V3 from = corner_at(0);
-  for (int k = 0; k < count; ++k) {
-    const int next = k + 1 == count ? 0 : k + 1;
-    const V3 to = corner_at(next);
-    sum += edge_term(lanes.n, from, to, outline.edge(k), inverse[k], inverse[next]);
-    from = to;
-  }
-  return sum;
-}
-
-/// Lanes [at, at + lanes_at_once). @returns their bits, shifted down to 0
-std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holding, const Outline& outline, float offset,
-                      const Aim16& aim, int turn, Factors16& out) {
-  const FlatShooter& shooter = outline.shooter;
-  Lanes lanes;
-  const V3 p = lanes.p = {load(receivers.x + at), load(receivers.y + at), load(receivers.z + at)};
-  const V3 n = lanes.n = {load(receivers.nx + at), load(receivers.ny + at), load(receivers.nz + at)};
-
-  // Lanes behind the shooter's plane see its dark side.
-  lanes.to_centre = {shooter.cx - p.x, shooter.cy - p.y, shooter.cz - p.z};
-  const V in_front =
-      -(lanes.to_centre.x * shooter.nx + lanes.to_centre.y * shooter.ny + lanes.to_centre.z * shooter.nz);
-  lanes.alive = (in_front > 0.f) & lane_mask(holding);
-  V3 target = {load_any(aim.x + at + turn) - p.x, load_any(aim.y + at + turn) - p.y, load_any(aim.z + at + turn) - p.z};
-  V sum = all(0.f);
-  if (any(lanes.alive))
-    sum = shooter.count == 4 ? polygon_sum<4>(lanes, outline, target) : polygon_sum<0>(lanes, outline, target);
-
-  V factor = sum * 0.159154943091895f;
-  const M seen = lanes.alive & (factor > 0.f);
+/// Of lanes [at, at + lanes_at_once). @returns their bits, shifted down to 0
+std::uint32_t store_factors(const Receivers16& receivers, int at, const FlatShooter& shooter, float offset, const Aim16& aim,
+                            int turn, M alive, V height, const Sum& sum, Factors16& out) {
+  V factor = sum.sum * 0.159154943091895f;
+  const M seen = alive & (factor > 0.f);
   factor = select(seen, factor, all(0.f));
   store(out.factor + at, factor);
   *reinterpret_cast<M*>(out.seen.lane + at) = seen;
@@ -224,6 +249,16 @@ std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holdin
   if (bits == 0) return 0;
 
   // Segments from the lifted receiver to the lifted visible point.
+  const V3 p = {load(receivers.x + at), load(receivers.y + at), load(receivers.z + at)};
+  const V3 n = {load(receivers.nx + at), load(receivers.ny + at), load(receivers.nz + at)};
+  V3 target = {load_any(aim.x + at + turn) - p.x, load_any(aim.y + at + turn) - p.y, load_any(aim.z + at + turn) - p.z};
+  if (any(sum.crosses)) {
+    const V2& m = sum.middle;
+    const V3 middle{m.u * shooter.ux + m.v * shooter.vx + height * shooter.nx,
+                    m.u * shooter.uy + m.v * shooter.vy + height * shooter.ny,
+                    m.u * shooter.uz + m.v * shooter.vz + height * shooter.nz};
+    target = select(sum.crosses, middle, target);
+  }
   Segments16& s = out.segments;
   const V ox = p.x + offset * n.x, oy = p.y + offset * n.y, oz = p.z + offset * n.z;
   store(s.ox + at, ox), store(s.oy + at, oy), store(s.oz + at, oz);
@@ -234,15 +269,26 @@ std::uint32_t factors(const Receivers16& receivers, int at, std::uint32_t holdin
   return bits;
 }
 
+template <int Fixed>
+std::uint32_t factors(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter, const Aim16& aim, int turn,
+                      float offset, Factors16& out) {
+  // All divisions are under way before the first result is needed: they, not the sums, are what one waits for.
+  Corners<Fixed> corners[16 / lanes_at_once];
+  for (int at = 0; at < 16; at += lanes_at_once) corners[at / lanes_at_once].measure(receivers, at, lanes >> at, shooter, offset);
+  std::uint32_t seen = 0;
+  for (int at = 0; at < 16; at += lanes_at_once) {
+    const Corners<Fixed>& c = corners[at / lanes_at_once];
+    seen |= store_factors(receivers, at, shooter, offset, aim, turn, c.lanes.alive, c.height, c.sum(shooter), out) << at;
+  }
+  return seen;
+}
+
 }  // namespace
 
 std::uint32_t factor16(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter, const Aim16& aim,
                        int turn, float offset, Factors16& out) {
-  const Outline outline(shooter);
-  std::uint32_t seen = 0;
-  for (int at = 0; at < 16; at += lanes_at_once)
-    seen |= factors(receivers, at, lanes >> at, outline, offset, aim, turn, out) << at;
-  return seen;
+  return shooter.count == 4 ? factors<4>(receivers, lanes, shooter, aim, turn, offset, out)
+                            : factors<0>(receivers, lanes, shooter, aim, turn, offset, out);
 }
 
 float accumulate16(Factors16& factors, const float* area, const float (&value)[3], Sums16& sums) {
@@ -267,7 +313,7 @@ float accumulate16(Factors16& factors, const float* area, const float (&value)[3
 }
 
 bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& active) {
-  const FlatShooter& f = occluder.polygon;
+  const FlatPolygon& f = occluder.polygon;
   bool left = false;
   for (int at = 0; at < 16; at += lanes_at_once) {
     M& alive = *reinterpret_cast<M*>(active.lane + at);
@@ -292,7 +338,7 @@ bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& act
   return left;
 }
 
-bool hidden8(const float (&box)[3][8], const FlatShooter& shooter, const FlatShooter& occluder, float margin) {
+bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPolygon& occluder, float margin) {
   using W = float __attribute__((vector_size(32)));
   const W bx = *reinterpret_cast<const W*>(box[0]), by = *reinterpret_cast<const W*>(box[1]),
           bz = *reinterpret_cast<const W*>(box[2]);

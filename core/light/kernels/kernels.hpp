@@ -19,8 +19,8 @@ struct alignas(64) Receivers16 {
   float nx[16], ny[16], nz[16];
 };
 
-/// A convex planar shooter polygon, counter-clockwise seen from its front, in a cell's local frame (m).
-struct FlatShooter {
+/// A convex planar polygon, counter-clockwise seen from its front, in a cell's local frame (m).
+struct FlatPolygon {
   static constexpr int max_corners = 20;
   int count = 0;
   float x[max_corners], y[max_corners], z[max_corners];
@@ -28,12 +28,19 @@ struct FlatShooter {
   float cx = 0, cy = 0, cz = 0;      ///< centre of gravity
 };
 
+/// A polygon that shoots: its corners in its own plane too, from the centre along the unit vectors u and v = n × u (m), and
+/// the edges from each corner to the next.
+struct FlatShooter : FlatPolygon {
+  float ux = 1, uy = 0, uz = 0, vx = 0, vy = 1, vz = 0;
+  float u[max_corners], v[max_corners], eu[max_corners], ev[max_corners];
+};
+
 /// A convex polygon that may stand in the way, with the inward normals of its edges in its own plane.
 struct FlatOccluder {
-  FlatShooter polygon;
+  FlatPolygon polygon;
   float plane = 0;                                           ///< n · p of its plane (m)
-  float mx[FlatShooter::max_corners], my[FlatShooter::max_corners], mz[FlatShooter::max_corners];
-  float edge[FlatShooter::max_corners];                      ///< inside: m · p > edge for all edges
+  float mx[FlatPolygon::max_corners], my[FlatPolygon::max_corners], mz[FlatPolygon::max_corners];
+  float edge[FlatPolygon::max_corners];                      ///< inside: m · p > edge for all edges
 };
 
 /// Where the shadow rays of 16 receivers aim: 16 points of the shooter, one a lane, so that what hides one point is not
@@ -84,7 +91,7 @@ using Block16 = bool (*)(const FlatOccluder& occluder, Segments16& segments, Lan
 /// that is, one convex occluder hides the whole box.
 /// @param box     8 corners x, y, z (m)
 /// @param margin  m; a shooter nearer than this to the occluder's plane lies in it, and is not hidden by it
-using Hidden8 = bool (*)(const float (&box)[3][8], const FlatShooter& shooter, const FlatShooter& occluder, float margin);
+using Hidden8 = bool (*)(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPolygon& occluder, float margin);
 
 /// 16 surfaces that may stand between a shooter and receivers, for one test at a time (m, local).
 struct alignas(64) Occluders16 {
@@ -142,9 +149,11 @@ const Kernels& kernels();
 /// All kernels this machine can run, widest last: for tests and benchmarks.
 std::span<const Kernels> available_kernels();
 
-/// Builds a shooter from world corners relative to the local origin.
+/// From world corners, relative to the local origin. @{
+FlatPolygon flat_polygon(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin);
 FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin);
+/// @}
 /// @param margin  m; edges are moved out by this much, so that neighbours leave no gap between them
-FlatOccluder flat_occluder(const FlatShooter& polygon, double margin = 0);
+FlatOccluder flat_occluder(const FlatPolygon& polygon, double margin = 0);
 
 }  // namespace lichthof

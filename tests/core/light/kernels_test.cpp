@@ -222,6 +222,28 @@ TEST_SUITE("kernels") {
     }
   }
 
+  TEST_CASE("kernels: what lies in one plane exchanges nothing, however the plane is tilted") {
+    Random random(8);
+    for (int trial = 0; trial < 1000; ++trial) {
+      const Vec3 normal = reference::random_unit(random), centre = 100.0 * reference::random_unit(random);
+      Vec3 u, v;
+      complete_frame(normal, u, v);
+      const double half = 5 + 30 * random.unit();
+      const Polygon shooter{centre - half * u - half * v, centre + half * u - half * v, centre + half * u + half * v,
+                            centre - half * u + half * v};
+      Receivers16 r{};
+      for (int lane = 0; lane < 16; ++lane) {
+        const Vec3 any = 200.0 * reference::random_unit(random);
+        set(r, lane, centre + any - glm::dot(any, normal) * normal, normal);
+      }
+      Factors16 out{};
+      clear_segments(out.segments);
+      const FlatShooter flat = flat_shooter(shooter, normal, Vec3{0.0});
+      const float lift = 300e-6f;  // as RayScene lifts in a scene of this size
+      for (const Kernels& k : available_kernels()) CHECK(k.factor16(r, 0xffff, flat, aim_at_corners(flat), 0, lift, out) == 0);
+    }
+  }
+
   TEST_CASE("kernels: segments run from the lifted receiver to a visible point of the shooter") {
     Random random(7);
     for (int trial = 0; trial < 500; ++trial) {
