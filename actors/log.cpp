@@ -46,7 +46,13 @@ std::string text(const Event& event) {
             [](const JobFinished& e) {
               return fmt::format("worker {} delivers columns {} to {}", e.worker.value, e.first, e.last);
             },
-            [](const MessageRefused& e) { return fmt::format("cell {}: a message was refused", e.cell.value); }},
+            [](const MessageRefused& e) {
+              const ShotFault& fault = e.fault;
+              if (!fault.what) return fmt::format("cell {}: a message was refused", e.cell.value);
+              const std::string place = fault.patch == ShotFault::whole ? "" : fmt::format(", in its patch {}", fault.patch);
+              return fmt::format("cell {}: a shot of group {} in cell {} was refused: it has {}{}", e.cell.value, fault.group.value,
+                                 fault.shot.cell.value, fault.what, place);
+            }},
       event);
 }
 

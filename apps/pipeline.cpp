@@ -38,6 +38,22 @@ void read_first_pass(const LitScene& scene, std::span<const SensorPoint> points,
       irradiance[i] = scene.total_irradiance(*at);
 }
 
+/// @error failed, naming element, patch and face
+Status is_finite(const Solution& solution) {
+  const Mesh& mesh = *solution.mesh;
+  for (std::size_t p = 0; p < mesh.patches.size(); ++p) {
+    const Patch& patch = mesh.patches[p];
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+      if (all_finite(Vec3{solution.irradiance[e]}) && all_finite(Vec3{solution.shot[e]})) continue;
+      const std::uint32_t face = solution.scene->surfaces[patch.surface.value].source_face;
+      return Error{ErrorCode::failed, "",
+                   "the light of element " + std::to_string(e) + " in patch " + std::to_string(p) + ", of face " +
+                       std::to_string(face) + " of the scene, grew beyond all numbers: do faces lie in each other there?"};
+    }
+  }
+  return Done{};
+}
+
 /// What each actor of a pass has done, as `lichthof top` would show it of a lab.
 void add_actors(const actors::Meters& meters, RunRecord& record) {
   for (const auto& meter : meters.all())
@@ -202,6 +218,7 @@ Status Run::solve() {
   spdlog::info("first pass: {} elements, {} cells, {} threads", mesh_->elements.size(), grid_->cell_count(),
                parallel_->threads());
   Solution solution = actors::solve(run);
+  if (Status finite = is_finite(solution); !finite) return finite;
   solution_ = std::move(solution);
   add_actors(*run.meters, record_);
   record_.seconds.radiosity = watch.seconds();

@@ -67,10 +67,18 @@ bool sound(const Surface& s, const Scene& scene) {
   return std::isfinite(s.area) && s.area > 0 && all_finite(s.normal) && std::abs(glm::length(s.normal) - 1) < 1e-6;
 }
 
+/// Name and number, from 1, of the first material or surface that can't be; empty when all can.
+std::string unsound_part(const Scene& scene) {
+  const auto first = [&scene](const auto& parts) {
+    return std::find_if(parts.begin(), parts.end(), [&scene](const auto& part) { return !sound(part, scene); }) - parts.begin();
+  };
+  if (const auto m = first(scene.materials); m < std::ssize(scene.materials)) return "material " + std::to_string(m + 1);
+  if (const auto s = first(scene.surfaces); s < std::ssize(scene.surfaces)) return "surface " + std::to_string(s + 1);
+  return {};
+}
+
 bool sound(const Scene& scene) {
-  const auto good = [&scene](const auto& part) { return sound(part, scene); };
-  return !scene.surfaces.empty() && std::all_of(scene.materials.begin(), scene.materials.end(), good) &&
-         std::all_of(scene.surfaces.begin(), scene.surfaces.end(), good) && scene.file_frame.metres_per_unit > 0 &&
+  return !scene.surfaces.empty() && scene.file_frame.metres_per_unit > 0 &&
          std::isfinite(scene.file_frame.metres_per_unit) &&
          (!scene.patch_size || (std::isfinite(*scene.patch_size) && *scene.patch_size > 0)) &&
          (!scene.element_size || (std::isfinite(*scene.element_size) && *scene.element_size > 0)) &&
@@ -135,6 +143,8 @@ Expected<Scene> scene_from(std::string_view bytes, std::string_view texture_pixe
   if (!from.good() || !from.at_end()) return bad_input(where, "is damaged: its scene cannot be read");
   ByteReader pixels(texture_pixels);
   if (!get_textures(pixels, scene)) return bad_input(where, "is damaged: its textures cannot be read");
+  if (const std::string part = unsound_part(scene); !part.empty())
+    return bad_input(where, "is damaged: " + part + " of its scene makes no sense");
   if (!sound(scene)) return bad_input(where, "is damaged: its scene makes no sense");
   return scene;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "io/coplanar_faces.hpp"
 #include "io/face_list.hpp"
 #include "io/obj_reader.hpp"
 #include "io/scene_file.hpp"
@@ -78,7 +79,8 @@ Expected<LoadedScene> read_scene(const std::string& path, const ReadOptions& opt
   if (Status made = make_surfaces(faces, loaded.scene, loaded.report); !made) return made.error();
   if (loaded.scene.surfaces.empty()) return bad_input(path, "has no face with an area");
   const auto name = [&faces](const Surface& surface) { return faces.where(surface.source_face - 1); };
-  survey(loaded.scene, name, loaded.report);
+  cut_overlaps(loaded.scene, name, loaded.report);
+  survey(loaded.scene, loaded.report);
   if (Status fits = patch_size_fits(path, loaded.scene); !fits) return fits.error();
   return loaded;
 }

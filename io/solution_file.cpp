@@ -130,18 +130,22 @@ Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& hea
   return std::shared_ptr<const Mesh>(std::move(mesh));
 }
 
-Status read_array(const SectionFile& file, std::string_view name, std::size_t elements, const std::string& path,
+Status read_array(const SectionFile& file, std::string_view name, const Mesh& mesh, const std::string& path,
                   std::vector<Rgbf>& values) {
+  const std::size_t elements = mesh.elements.size();
   const std::uint64_t size = elements * sizeof(Rgbf);
   const Expected<std::string> bytes = file.section(name, size);
   if (!bytes) return bytes.error();
   if (bytes->size() != size) return bad_input(path, "is damaged: an array has another length than the mesh");
   values.resize(elements);
   if (size > 0) std::memcpy(static_cast<void*>(values.data()), bytes->data(), size);
-  const auto finite = [](const Rgbf& v) { return all_finite(Vec3{v}); };
-  if (!std::all_of(values.begin(), values.end(), finite))
-    return bad_input(path, "is damaged: an array has values that are not finite");
-  return Done{};
+  const auto bad = std::find_if(values.begin(), values.end(), [](const Rgbf& v) { return !all_finite(Vec3{v}); });
+  if (bad == values.end()) return Done{};
+  const auto element = static_cast<std::uint32_t>(bad - values.begin());
+  const auto after = std::upper_bound(mesh.patches.begin(), mesh.patches.end(), element,
+                                      [](std::uint32_t e, const Patch& patch) { return e < patch.first_element; });
+  return bad_input(path, "is damaged: " + std::string(name) + " of element " + std::to_string(element) + ", in patch " +
+                             std::to_string(after - mesh.patches.begin() - 1) + ", is no finite number");
 }
 
 }  // namespace
@@ -196,7 +200,7 @@ Expected<Solution> read_solution(const std::string& path) {
                                                                {"S", &solution.shot},
                                                                {"pending", &solution.pending}};
   for (const auto& [name, values] : arrays)
-    if (Status read = read_array(*file, name, head.elements, path, *values); !read) return read.error();
+    if (Status read = read_array(*file, name, *solution.mesh, path, *values); !read) return read.error();
   return solution;
 }
 

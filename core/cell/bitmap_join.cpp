@@ -20,8 +20,8 @@ double rank_of(const Shot& shot) {
 BitmapJoin::Filed BitmapJoin::file(const CellGrid& grid, const HemicubeMessage& message) {
   MUST(!complete_);
   // Nothing of the message is believed before all of it has been checked.
-  if (!message.shot || message.from.value >= grid.cell_count() || !plausible(*message.shot, grid))
-    return Filed::refused;
+  fault_ = message.shot ? fault_of(*message.shot, grid) : ShotFault{};
+  if (!message.shot || fault_.what != nullptr || message.from.value >= grid.cell_count()) return Filed::refused;
   const ShotId id = message.shot->id;
   const double power_w = rank_of(*message.shot);
   if (id.cell == cell_ || is_done(id) || !plausible_power(power_w)) return Filed::refused;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/cell/routing.hpp"
+#include "core/protocol/events.hpp"
 #include "core/protocol/messages.hpp"
 
 namespace lichthof {
@@ -38,6 +39,9 @@ class BitmapJoin {
   /// @cost the first part unpacks; joining is one pass over 3R² bits
   Filed file(const CellGrid& grid, const HemicubeMessage& message);
 
+  /// What could not be about the shot of the last file(), where it was the shot's fault.
+  const ShotFault& fault() const { return fault_; }
+
   /// The shot completed by the last file(). @pre it returned complete
   ExternalShot take();
 
@@ -58,6 +62,7 @@ class BitmapJoin {
   void mark_done(ShotId id);
 
   CellId cell_;
+  ShotFault fault_;
   std::uint32_t resolution_;
   std::map<ShotId, Waiting> waiting_;
   std::optional<ExternalShot> complete_;

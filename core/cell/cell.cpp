@@ -52,7 +52,7 @@ void Cell::accept(const HemicubeMessage& message, const Address& from) {
       sender && *sender == message.from ? join_.file(*grid_, message) : BitmapJoin::Filed::refused;
   if (filed == BitmapJoin::Filed::refused) {
     ++state_.processed;  // it was sent, so it has to count: else the run could never end
-    return refuse();
+    return refuse(sender && *sender == message.from ? join_.fault() : ShotFault{});
   }
   if (filed == BitmapJoin::Filed::waiting) return;
   ExternalShot shot = join_.take();
@@ -84,7 +84,8 @@ void Cell::accept(const GeometryChange& message) {
   reported_idle_ = false;
 }
 
-void Cell::refuse() {
+void Cell::refuse(const ShotFault& fault) {
+  last_fault_ = fault;
   ++state_.refused;
   ++newly_refused_;
   reported_idle_ = false;
@@ -103,7 +104,7 @@ bool Cell::has_work() const {
 Effects Cell::step(Instant) {
   MUST(has_work());
   Effects effects;
-  for (; newly_refused_ > 0; --newly_refused_) effects.events.push_back(MessageRefused{id_});
+  for (; newly_refused_ > 0; --newly_refused_) effects.events.push_back(MessageRefused{id_, last_fault_});
   if (!announced_) {
     announced_ = true;
     effects.outbox.push_back({id_, ToController{}, CellReady{id_, light_->largest_initial_power()}});

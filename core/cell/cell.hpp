@@ -80,7 +80,7 @@ class Cell {
   void accept(const PollCell& message);
   void accept(const StopRadiosity& message);
   void accept(const GeometryChange& message);
-  void refuse();
+  void refuse(const ShotFault& fault = {});
 
   void apply_change(Effects& effects);
   void shoot_locally(Effects& effects);
@@ -112,6 +112,7 @@ class Cell {
   std::uint64_t next_sequence_ = 0;
   std::vector<std::uint64_t> polls_;  ///< waves to answer
   std::uint64_t newly_refused_ = 0;   ///< since the last step
+  ShotFault last_fault_;              ///< of the shot refused last
   State state_;
   SolveCounters counters_;
   CellLight::Candidate strongest_;  ///< of the light as the last step left it

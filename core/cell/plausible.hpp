@@ -3,13 +3,14 @@
 #pragma once
 
 #include "core/light/cell_light.hpp"
+#include "core/protocol/events.hpp"
 #include "core/scene/partition.hpp"
 
 namespace lichthof {
 
-/// True when the shot is finite, its frame is orthonormal, its arrays agree in size, and its centre lies in the cell that
-/// claims to have shot it. @cost O(elements of the shot)
-bool plausible(const Shot& shot, const CellGrid& grid);
+/// What can't be about a shot; nothing when it is finite, its values fit into sums in single precision, its frame is orthonormal,
+/// its arrays agree in size, and its centre lies in the cell that claims to have shot it. @cost O(elements of the shot)
+ShotFault fault_of(const Shot& shot, const CellGrid& grid);
 
 /// Finite and not negative: powers and thresholds.
 bool plausible_power(double power_w);

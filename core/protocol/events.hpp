@@ -16,7 +16,15 @@ struct CellIdle { CellId cell; };
 struct Converged { std::uint64_t shots = 0; };
 struct JobAssigned { WorkerId worker; std::uint32_t first = 0, last = 0; };
 struct JobFinished { WorkerId worker; std::uint32_t first = 0, last = 0; };
-struct MessageRefused { CellId cell; };                               ///< a peer sent what can't be
+/// What can't be about a shot.
+struct ShotFault {
+  const char* what = nullptr;              ///< static text; nullptr: nothing is wrong
+  ShotId shot;
+  GroupId group;
+  std::uint32_t patch = whole;             ///< number in the shot; `whole`: not one patch's fault
+  static constexpr std::uint32_t whole = ~0u;
+};
+struct MessageRefused { CellId cell; ShotFault fault{}; };            ///< a peer sent what can't be
 
 using Event = std::variant<ShotFired, BitmapsJoined, VisitSkipped, ChangeApplied, CellIdle, Converged, JobAssigned, JobFinished,
                            MessageRefused>;

@@ -15,6 +15,8 @@ namespace {
 constexpr int table_count = 16;
 /// A ray is given up after this many mirrors and panes, or takes what the element says after so many near hits.
 constexpr int most_bounces = 12;
+/// A ray that carries less than this share is not followed any further.
+constexpr double least_throughput = 1e-3;
 /// A hit is near below this distance, in sizes of an element. Measured in the furnished office (22k elements, 256 rays): relative
 /// error 3.4, 2.1, 2.0, 1.9 % and 138, 251, 270, 411 µs a point for 0, 0.5, 1 and 2.
 constexpr double near_hit = 0.5;
@@ -129,10 +131,10 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
     } else {
       const Rgb diffuse = reflectance_at(trace.scene(), surface, at.point), share = specular_share(material, diffuse);
       const bool is_specular = max_channel(share) > 0;
-      if (distance < near_ && !is_specular && bounce + 1 < most_bounces) {
-        // Too near: light this point itself, and look on from it.
+      if (distance < near_ && !is_specular && bounce + 1 < most_bounces && max_channel(throughput * diffuse) >= least_throughput) {
+        // Too near: light this point itself, and look on from it. What would not matter any more takes what the element says:
+        // dropped, it would be missing in every corner.
         throughput *= diffuse;
-        if (max_channel(throughput) < 1e-3) return sum;
         sum += throughput * scene_->direct().irradiance(at.point, at.normal, {4, 1, random.bits()}, rays);
         Vec3 tangent, bitangent;
         complete_frame(at.normal, tangent, bitangent);
@@ -161,7 +163,7 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
       }
       emission_counts = true;
     }
-    if (max_channel(throughput) < 1e-3) return sum;
+    if (max_channel(throughput) < least_throughput) return sum;
     const auto next = trace.nearest(from, direction);
     ++rays;
     if (!next) return sum;
