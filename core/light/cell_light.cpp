@@ -190,7 +190,7 @@ TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming
   const TransferScene scene{*impl_->mesh, impl_->tree, impl_->rays, impl_->occluders, impl_->outlines, impl_->options, impl_->origin,
                             answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
-  if (!incoming) impl_->light.record_closure(shot.power(), work.received);
+  if (!incoming) impl_->light.record_closure(shot, work.received);
   return work;
 }
 

@@ -52,7 +52,10 @@ struct ExpectedLight {
   Rgb irradiance(const Rgb& received) const { return everywhere + in_proportion * received; }
 };
 /// @param closure  κ per channel, in [0, 1]
-ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure);
+/// @param excess   per channel, the most by which the closure of a single shot exceeded κ: the midpoint rule gives some shots
+///                 more than they send. 1 - ρ̄ κ counts as ρ̄ times the excess at least; else overshooting in white rooms makes
+///                 more light than it expects, and never ends
+ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure, const Rgb& excess = Rgb{0.0});
 /// The same with the closure of the outlook itself: right for a whole scene, whose cells send to each other alone.
 ExpectedLight expected_light(const CellOutlook& scene);
 

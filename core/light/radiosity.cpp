@@ -27,6 +27,7 @@ Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
   local_group_of_.assign(mesh.groups.size(), ~0u);
   for (int c = 0; c < 3; ++c) {
     unshot_w_[c].assign(tree.groups.size(), 0.f);
+    whole_w_[c].assign(tree.groups.size(), 0.f);
     answer_w_[c].assign(tree.groups.size(), 0.f);
     reflected_w_[c].assign(tree.groups.size(), 0.f);
     received_w_[c].assign(tree.groups.size(), 0.f);
@@ -48,18 +49,26 @@ void Radiosity::update_group(std::uint32_t local_group) {
     received += patches[p].received_w;
   }
   for (int c = 0; c < 3; ++c) {
-    // What the elements' single precision can't tell from nothing is nothing: shooting it again and again would not end.
-    if (std::abs(unshot[c]) < single_precision * whole[c]) unshot[c] = 0;
     unshot_w_[c][local_group] = static_cast<float>(unshot[c]);
+    whole_w_[c][local_group] = static_cast<float>(whole[c]);
     answer_w_[c][local_group] = static_cast<float>(answer[c]);
     reflected_w_[c][local_group] = static_cast<float>(reflected[c]);
     received_w_[c][local_group] = static_cast<float>(received[c]);
   }
 }
 
-void Radiosity::record_closure(const Rgb& sent_w, const Rgb& received_w) {
+void Radiosity::record_closure(const Shot& shot, const Rgb& received_w) {
+  const Rgb sent_w = shot.power();
   sent_w_ += sent_w;
   arrived_w_ += received_w;
+  Rgb absolute_w{0.0};
+  for (const ShotPatch& patch : shot.patches)
+    for (std::size_t k = 0; k < patch.area.size(); ++k) absolute_w += static_cast<double>(patch.area[k]) * glm::abs(Rgb{patch.delta[k]});
+  for (int c = 0; c < 3; ++c) {
+    if (!(sent_w_[c] > 0) || !(absolute_w[c] > 0)) continue;
+    const double excess = received_w[c] - std::min(1.0, arrived_w_[c] / sent_w_[c]) * sent_w[c];
+    excess_[c] = std::max(excess_[c], (sent_w[c] < 0 ? -excess : excess) / absolute_w[c]);
+  }
 }
 
 namespace {
@@ -101,14 +110,15 @@ void CellOutlook::add(const CellOutlook& other) {
   area += other.area;
 }
 
-ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure) {
+ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure, const Rgb& excess) {
   ExpectedLight expected;
   for (int c = 0; c < 3; ++c) {
     if (!(outlook.area > 0) || !(outlook.received_w[c] > 0)) continue;
     const double kappa = std::clamp(closure[c], 0.0, 1.0);
-    // Closed and perfectly white would expect without bound; nothing built is whiter than this.
+    // Closed and perfectly white would expect without bound. Nothing built is whiter than this; and what single shots bring too
+    // much, they would bring as many times as they are expected.
     const auto total = [&](double reflectance) {
-      return outlook.unshot_w[c] * kappa / (1.0 - std::min(reflectance * kappa, 0.999));
+      return outlook.unshot_w[c] * kappa / std::max({1.0 - reflectance * kappa, reflectance * excess[c], 0.001});
     };
     expected.everywhere[c] = 0.5 * total(outlook.white_area[c] / outlook.area) / outlook.area;
     expected.in_proportion[c] = 0.5 * total(outlook.reflected_w[c] / outlook.received_w[c]) / outlook.received_w[c];
@@ -127,7 +137,7 @@ ExpectedLight Radiosity::expected() const {
   Rgb closure{0.0};
   for (int c = 0; c < 3; ++c)
     if (sent_w_[c] > 0) closure[c] = arrived_w_[c] / sent_w_[c];
-  return expected_light(ahead(), closure);
+  return expected_light(ahead(), closure, excess_);
 }
 
 CellLight::Candidate Radiosity::strongest() {
@@ -138,8 +148,14 @@ CellLight::Candidate Radiosity::strongest() {
     const auto everywhere = static_cast<float>(expected_.everywhere[c]);
     const auto in_proportion = static_cast<float>(expected_.in_proportion[c]);
     const float *unshot = unshot_w_[c].data(), *answer = answer_w_[c].data(), *reflected = reflected_w_[c].data();
-    for (std::size_t g = 0; g < count; ++g)
-      power_w[g] += std::abs(unshot[g] + answer[g] * everywhere + reflected[g] * in_proportion);
+    const float* whole = whole_w_[c].data();
+    constexpr auto rounding = static_cast<float>(single_precision);
+    for (std::size_t g = 0; g < count; ++g) {
+      // What the elements' single precision can't tell from nothing is nothing: shooting it again and again would not end. In sums
+      // over the groups it counts: there it may well be something.
+      const float key_w = std::abs(unshot[g] + answer[g] * everywhere + reflected[g] * in_proportion);
+      power_w[g] += key_w < rounding * whole[g] ? 0.f : key_w;
+    }
   }
   const auto best = std::max_element(power_w.begin(), power_w.end());
   if (best == power_w.end() || *best <= 0.f) return {};
@@ -202,7 +218,7 @@ CellPower Radiosity::power() const {
 
 std::size_t Radiosity::memory_bytes() const {
   std::size_t bytes = bytes_of_all(clusters, patches, local_group_of_);
-  for (int c = 0; c < 3; ++c) bytes += bytes_of_all(unshot_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
+  for (int c = 0; c < 3; ++c) bytes += bytes_of_all(unshot_w_[c], whole_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
   return bytes;
 }
 

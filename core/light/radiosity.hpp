@@ -49,8 +49,8 @@ class Radiosity {
   /// The group with the largest |ΔB + ρ e| A, summed over channels.
   CellLight::Candidate strongest();
 
-  /// Records what a shot of this cell sent and how much of it arrived here (W).
-  void record_closure(const Rgb& sent_w, const Rgb& received_w);
+  /// Records a shot of this cell and how much of it arrived here (W).
+  void record_closure(const Shot& shot, const Rgb& received_w);
 
   /// Moves ΔB + ρe of every element of a group into S. @returns the shot without its geometry
   void take(std::uint32_t local_group, Shot& shot);
@@ -64,6 +64,7 @@ class Radiosity {
   const Mesh& mesh_;
   const ReceiverTree& tree_;
   std::array<std::vector<float>, 3> unshot_w_;      ///< per group and channel: Σ ΔB A
+  std::array<std::vector<float>, 3> whole_w_;       ///< per group and channel: Σ B A, which says what of it is rounding
   std::array<std::vector<float>, 3> answer_w_;      ///< per group and channel: Σ ρ A, the power that 1 W/m² more would leave
   std::array<std::vector<float>, 3> reflected_w_;   ///< per group and channel: Σ ρ H A
   std::array<std::vector<float>, 3> received_w_;    ///< per group and channel: Σ H A
@@ -72,6 +73,7 @@ class Radiosity {
   ExpectedLight expected_;                            ///< as strongest() found it last; take() shoots with the same
   CellOutlook ahead() const;                        ///< outlook() without Σ S A, which only the whole scene needs
   Rgb sent_w_{0.0}, arrived_w_{0.0};                ///< of this cell's own shots, in this cell
+  Rgb excess_{0.0};                                 ///< the most by which one of them exceeded their mean closure, or 1
 };
 
 }  // namespace lichthof

@@ -30,15 +30,15 @@ double worst_in_furnace(double reflectance, const CellPosition& cells, double ep
 
 TEST_SUITE("stability") {
   TEST_CASE("stability: furnaces of reflectance .5, .9 and .99 are uniform within 1e-5 at every point") {
-    for (const double reflectance : {0.5, 0.9, 0.99}) CHECK(worst_in_furnace(reflectance, {1, 1, 1}, 1e-6) < furnace_error);
+    for (const double reflectance : {0.5, 0.9, 0.99}) CHECK(worst_in_furnace(reflectance, {1, 1, 1}, 1e-7) < furnace_error);
     for (const CellPosition& cells : {CellPosition{2, 2, 1}, CellPosition{2, 2, 2}})
-      for (const double reflectance : {0.5, 0.9}) CHECK(worst_in_furnace(reflectance, cells, 1e-6) < furnace_error);
+      for (const double reflectance : {0.5, 0.9}) CHECK(worst_in_furnace(reflectance, cells, 1e-7) < furnace_error);
     if (long_trials())
       for (const CellPosition& cells : {CellPosition{2, 2, 1}, CellPosition{2, 2, 2}})
-        CHECK(worst_in_furnace(0.99, cells, 1e-6) < furnace_error);
+        CHECK(worst_in_furnace(0.99, cells, 1e-7) < furnace_error);
   }
 
   TEST_CASE("stability: a furnace of reflectance 1 - 1e-4 ends, and at the right light") {
-    CHECK(worst_in_furnace(1 - 1e-4, {1, 1, 1}, 1e-5) < 1e-3);
+    CHECK(worst_in_furnace(1 - 1e-4, {1, 1, 1}, 5e-4) < 2e-3);
   }
 }
