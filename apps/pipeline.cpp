@@ -11,6 +11,7 @@
 #include "apps/common/camera_choice.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
+#include "core/base/random.hpp"
 #include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
@@ -36,6 +37,39 @@ void read_first_pass(const LitScene& scene, std::span<const SensorPoint> points,
     if (const auto at = scene.trace().surface_below(points[i].point, points[i].normal, tolerance);
         at && scene.has_elements(*at))
       irradiance[i] = scene.total_irradiance(*at);
+}
+
+ProbeOptions probe_options(const ErrorKnobs& knobs) {
+  ProbeOptions options;
+  options.indirect = knobs.is_gathered() ? IndirectMethod::gather : IndirectMethod::interpolate;
+  if (knobs.is_gathered()) options.gather_rays = knobs.gather_rays;
+  // A luminaire has 64 parts at most: more rays than that go to other places of the same parts.
+  constexpr std::uint32_t most_at_once = 256;
+  options.direct.rays = std::min(knobs.direct_rays, most_at_once);
+  options.direct.most_per_luminaire = knobs.direct_rays < most_at_once ? 16 : 64;
+  options.direct_rounds = std::max(1u, knobs.direct_rays / most_at_once);
+  return options;
+}
+
+/// RMS of what unshot light is expected to bring yet, relative to that of all light.
+double pending_share(const Solution& solution) {
+  double pending = 0, all = 0;
+  for (std::size_t e = 0; e < solution.mesh->elements.size(); ++e) {
+    const Rgb yet{solution.pending[e]}, total = Rgb{solution.irradiance[e]} + yet;
+    pending += static_cast<double>(solution.mesh->elements[e].area) * glm::dot(yet, yet);
+    all += static_cast<double>(solution.mesh->elements[e].area) * glm::dot(total, total);
+  }
+  return all > 0 ? std::sqrt(pending / all) : 0;
+}
+
+/// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
+double sampling_error(const std::vector<PointLight>& one, const std::vector<PointLight>& other) {
+  double squares = 0, all = 0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const Rgb difference = one[i].indirect - other[i].indirect, total = one[i].total();
+    squares += 0.5 * glm::dot(difference, difference), all += glm::dot(total, total);
+  }
+  return all > 0 ? std::sqrt(squares / all) : 0;
 }
 
 /// What each actor of a pass has done, as `lichthof top` would show it of a lab.
@@ -184,7 +218,7 @@ Status Run::solve() {
   if (!mesh_)
     if (Status meshed = mesh(); !meshed) return meshed;
   if (Status divided = divide(); !divided) return divided;
-  record_.seconds.mesh = mesh_watch.seconds();
+  record_.seconds.mesh += mesh_watch.seconds();
 
   const Stopwatch watch;
   ProgressLine line(!options_.talk.quiet);
@@ -204,8 +238,15 @@ Status Run::solve() {
   Solution solution = actors::solve(run);
   solution_ = std::move(solution);
   add_actors(*run.meters, record_);
-  record_.seconds.radiosity = watch.seconds();
+  record_.seconds.radiosity += watch.seconds();
   return Done{};
+}
+
+void Run::choose(std::optional<std::uint32_t> elements, double eps) {
+  options_.first_pass.eps = eps;
+  if (!elements) return;
+  options_.first_pass.elements = elements;
+  mesh_.reset(), grid_.reset(), solution_.reset();
 }
 
 Status Run::keep(const std::string& path) {
@@ -234,7 +275,7 @@ std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, con
   wish.camera = camera;
   wish.width = wanted.width, wish.height = wanted.height;
   wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : default_samples);
-  wish.gather_rays = wanted.gather_rays;
+  wish.gather_rays = wanted.gather_rays.value_or(0);
   return picture_source(lit_scene(), wish);
 }
 
@@ -261,16 +302,39 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   return std::move(result.image);
 }
 
-std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays) {
+std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  ProbeOptions options;
-  options.indirect = gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
-  if (gather_rays > 0) options.gather_rays = gather_rays;
-  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, options, *parallel_, record_.traced_rays);
+  std::vector<Rgb> irradiance =
+      sensor_irradiance(scene, points, probe_options(knobs), *parallel_, record_.traced_rays);
   if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
   record_.seconds.rays = watch.seconds();
   return irradiance;
+}
+
+Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wanted, std::uint64_t seed) {
+  const Stopwatch watch;
+  const std::shared_ptr<const LitScene> scene = lit_scene();
+  const std::vector<SurfacePoint> points = random_surface_points(*scene, count, seed);
+  std::vector<SensorPoint> sensors;
+  for (const SurfacePoint& point : points) sensors.push_back({point.point, point.normal});
+  std::vector<PointLight> light = sensor_light(scene, sensors, probe_options(knobs), *parallel_, record_.traced_rays);
+  if (knobs.direct_is_solved())
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      light[i].indirect = scene->indirect_irradiance(points[i]);
+      light[i].direct = scene->total_irradiance(points[i]) - light[i].indirect;
+    }
+  ErrorCheckOptions options;
+  options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
+  Checked checked{check_error(scene, points, light, options, *parallel_), pending_share(*solution_), {}};
+  if (knobs.is_gathered()) {
+    ProbeOptions again = probe_options(knobs);
+    again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;
+    checked.sampling = sampling_error(light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
+  }
+  record_.traced_rays += checked.estimate.rays;
+  record_.seconds.check += watch.seconds();
+  return checked;
 }
 
 std::vector<Estimate> Run::reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples) {
