@@ -57,7 +57,8 @@ ErrorKnobs first_knobs(double wanted, const ErrorKnobs& given, const ErrorLimits
   ErrorKnobs knobs = given;
   // Measured on rooms: the Cornell box and six furnished offices reach .02 with about 8 000 elements and 250 rays.
   if (limits.turns_elements)
-    knobs.elements = static_cast<std::uint32_t>(std::clamp(8000 * std::pow(0.02 / wanted, 1.1), 1500.0, static_cast<double>(limits.most_elements)));
+    knobs.elements = static_cast<std::uint32_t>(
+        std::clamp(8000 * std::pow(0.02 / wanted, 1.1), 1500.0, static_cast<double>(limits.most_elements)));
   if (limits.turns_eps) knobs.eps = std::clamp(6e-4 * std::pow(wanted / 0.02, 1.5), 1e-6, 5e-3);
   if (limits.turns_gather && !limits.begins_interpolated)
     knobs.gather_rays = static_cast<std::uint32_t>(

@@ -10,7 +10,7 @@
 /// is good, e is small: the walks' noise is that of the solution's error, not that of light, and some hundred rays a point do
 /// what path tracing needs ten thousand paths for. Scenes with mirrors, gloss or glass are path traced instead.
 ///
-/// @source residual correction as in [Bekaert99]'s control variates for radiosity; confidence by the spread over points
+/// @source a known approximation as control variate: [Lafortune95]; iterated on its residual here; confidence by the spread over points
 #pragma once
 
 #include <cstdint>
