@@ -51,9 +51,9 @@ nlohmann::json parts_json(const ErrorParts& parts) {
 
 nlohmann::json round_json(const ErrorKnobs& knobs, std::size_t elements, const ErrorEstimate& estimate,
                           const ErrorParts& parts, double seconds) {
-  return {{"elements", elements},       {"eps", knobs.eps},
+  return {{"elements", elements},        {"eps", knobs.eps},
           {"gather", knobs.gather_rays}, {"direct_rays", knobs.direct_rays},
-          {"estimate", estimate.error}, {"parts", parts_json(parts)},
+          {"estimate", estimate.error},  {"parts", parts_json(parts)},
           {"seconds", seconds}};
 }
 
@@ -68,7 +68,8 @@ std::string percent(double share) {
 void add_error_options(CLI::App& command, ErrorWish& wish) {
   command
       .add_option("--error", wish.error,
-                  "work until the RMS error of the irradiance over all surfaces is below this share of its RMS; chooses what is "
+                  "work until the RMS error of the irradiance over all surfaces is below this share of its RMS; "
+                  "chooses what is "
                   "not set by hand")
       ->check(number_within(1e-4, 1))
       ->group("Accuracy")
@@ -105,9 +106,11 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
     const ErrorEstimate& estimate = checked.estimate;
     const ErrorParts parts = parts_of(estimate, checked.unshot, checked.sampling);
     rounds.push_back(round_json(knobs, run.solution()->mesh->elements.size(), estimate, parts, watch.seconds()));
-    spdlog::info("error {:.3g} ({:.3g} to {:.3g}): visibility {:.3g}, reconstruction {:.3g}, discretisation {:.3g}, convergence {:.3g}",
-                 estimate.error, estimate.low, estimate.high, parts.visibility, parts.reconstruction, parts.discretisation,
-                 parts.convergence);
+    spdlog::info(
+        "error {:.3g} ({:.3g} to {:.3g}): visibility {:.3g}, reconstruction {:.3g}, discretisation {:.3g}, convergence "
+        "{:.3g}",
+        estimate.error, estimate.low, estimate.high, parts.visibility, parts.reconstruction, parts.discretisation,
+        parts.convergence);
     const bool is_safe = estimate.error <= safe_share * wanted && estimate.high <= wanted;
     const bool is_met = !wish.error || is_safe || estimate.high <= least_error;
     const std::optional<ErrorKnobs> next = is_met ? std::nullopt : turned(knobs, parts, wanted, limits);
@@ -118,20 +121,21 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
       knobs = *next;
       continue;
     }
-    nlohmann::json report = {{"estimate", estimate.error}, {"low", estimate.low},   {"high", estimate.high},
+    nlohmann::json report = {{"estimate", estimate.error}, {"low", estimate.low},     {"high", estimate.high},
                              {"bias", estimate.bias},      {"noise", estimate.noise}, {"points", estimate.points},
                              {"parts", parts_json(parts)}, {"rounds", rounds}};
-    std::string line = "error " + percent(estimate.error) + " (95 %: " + percent(estimate.low) + " to " + percent(estimate.high) +
-                       "), bias " + percent(estimate.bias) + "; visibility " + percent(parts.visibility) + ", reconstruction " +
-                       percent(parts.reconstruction) + ", discretisation " + percent(parts.discretisation) +
-                       ", convergence " + percent(parts.convergence);
+    std::string line = "error " + percent(estimate.error) + " (95 %: " + percent(estimate.low) + " to " +
+                       percent(estimate.high) + "), bias " + percent(estimate.bias) + "; visibility " +
+                       percent(parts.visibility) + ", reconstruction " + percent(parts.reconstruction) +
+                       ", discretisation " + percent(parts.discretisation) + ", convergence " +
+                       percent(parts.convergence);
     if (wish.error) {
       const bool is_reached = estimate.error <= wanted;
       report["wanted"] = wanted, report["met"] = is_reached;
       if (!is_reached) {
-        const std::string why = next ? std::string("after ") + std::to_string(most_rounds) + " rounds"
-                                     : std::string("what is left is ") + name_of(parts.dominant()) +
-                                           ", and nothing more can be turned";
+        const std::string why =
+            next ? std::string("after ") + std::to_string(most_rounds) + " rounds"
+                 : std::string("what is left is ") + name_of(parts.dominant()) + ", and nothing more can be turned";
         report["reason"] = why;
         spdlog::warn("an error of {} was asked for, {} is reached: {}", percent(wanted), percent(estimate.error), why);
       }

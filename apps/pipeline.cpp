@@ -305,8 +305,7 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
 std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  std::vector<Rgb> irradiance =
-      sensor_irradiance(scene, points, probe_options(knobs), *parallel_, record_.traced_rays);
+  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, probe_options(knobs), *parallel_, record_.traced_rays);
   if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
   record_.seconds.rays = watch.seconds();
   return irradiance;

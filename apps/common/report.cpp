@@ -115,7 +115,8 @@ std::vector<std::string> summary(const RunRecord& record, const std::string& don
   lines.insert(lines.end(), record.lines.begin(), record.lines.end());
   const RunRecord::Seconds& s = record.seconds;
   lines.push_back(shown("%.2f s", s.total) + shown(" (load %.2f,", s.load) + shown(" mesh %.2f,", s.mesh) +
-                  shown(" radiosity %.2f,", s.radiosity) + (s.check > 0 ? shown(" check %.2f,", s.check) : "") + shown(" rays %.2f)", s.rays) + " on " +
+                  shown(" radiosity %.2f,", s.radiosity) + (s.check > 0 ? shown(" check %.2f,", s.check) : "") +
+                  shown(" rays %.2f)", s.rays) + " on " +
                   std::to_string(record.threads) + (record.threads == 1 ? " thread" : " threads") +
                   shown(", %.0f MB", static_cast<double>(peak_memory_bytes()) / 1e6));
   return lines;

@@ -67,7 +67,8 @@ ErrorKnobs first_knobs(double wanted, const ErrorKnobs& given, const ErrorLimits
   return knobs;
 }
 
-std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts, double wanted, const ErrorLimits& limits) {
+std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts, double wanted,
+                                 const ErrorLimits& limits) {
   ErrorKnobs next = now;
   ErrorParts own = parts;
   const auto move_to_mesh = [&](double& part) {
@@ -82,12 +83,15 @@ std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts,
     move_to_mesh(own.reconstruction);
   }
   if (limits.turns_direct)
-    next.direct_rays = further(now.direct_rays, turn_for(own.visibility, wanted, ray_law), ErrorLimits::most_direct_rays);
+    next.direct_rays =
+        further(now.direct_rays, turn_for(own.visibility, wanted, ray_law), ErrorLimits::most_direct_rays);
   if (limits.turns_gather && now.is_gathered())
-    next.gather_rays = further(now.gather_rays, turn_for(own.reconstruction, wanted, ray_law), ErrorLimits::most_gather_rays);
+    next.gather_rays =
+        further(now.gather_rays, turn_for(own.reconstruction, wanted, ray_law), ErrorLimits::most_gather_rays);
   if (limits.turns_elements)
-    next.elements = further(now.elements, turn_for(own.discretisation, wanted, now.is_gathered() ? seen_from_afar_law : mesh_law),
-                            limits.most_elements);
+    next.elements =
+        further(now.elements, turn_for(own.discretisation, wanted, now.is_gathered() ? seen_from_afar_law : mesh_law),
+                limits.most_elements);
   if (limits.turns_eps) next.eps = std::max(now.eps / turn_for(own.convergence, wanted, 1), ErrorLimits::least_eps);
   if (next != now) return next;
   // Every part has its share, and together they are too much: the largest is turned.
@@ -96,7 +100,8 @@ std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts,
       if (limits.turns_direct) next.direct_rays = further(now.direct_rays, 2, ErrorLimits::most_direct_rays);
       break;
     case ErrorPart::reconstruction:
-      if (limits.turns_gather && now.is_gathered()) next.gather_rays = further(now.gather_rays, 2, ErrorLimits::most_gather_rays);
+      if (limits.turns_gather && now.is_gathered())
+        next.gather_rays = further(now.gather_rays, 2, ErrorLimits::most_gather_rays);
       break;
     case ErrorPart::discretisation:
       if (limits.turns_elements) next.elements = further(now.elements, 1.7, limits.most_elements);

@@ -20,8 +20,8 @@ namespace lichthof {
 struct ErrorKnobs {
   std::uint32_t elements = 12000;
   double eps = 5e-4;
-  std::uint32_t gather_rays = 0;   ///< 0: the solution is interpolated
-  std::uint32_t direct_rays = 256; ///< to all luminaires together; 0: direct light is interpolated too
+  std::uint32_t gather_rays = 0;    ///< 0: the solution is interpolated
+  std::uint32_t direct_rays = 256;  ///< to all luminaires together; 0: direct light is interpolated too
   bool direct_is_solved() const { return direct_rays == 0; }
   bool is_gathered() const { return gather_rays > 0; }
   bool operator==(const ErrorKnobs&) const = default;
@@ -30,7 +30,8 @@ struct ErrorKnobs {
 /// How each knob may be turned. What a user has set by hand stays.
 struct ErrorLimits {
   bool turns_elements = true, turns_eps = true, turns_gather = true, turns_direct = true;
-  bool begins_interpolated = false;  ///< a gather costs more than a finer mesh: it comes when the first round asks for it
+  bool begins_interpolated =
+      false;  ///< a gather costs more than a finer mesh: it comes when the first round asks for it
   std::uint32_t most_elements = 4000000;
   static constexpr std::uint32_t most_gather_rays = 16384, most_direct_rays = 16384;
   static constexpr double least_eps = 1e-9;
@@ -56,6 +57,7 @@ ErrorKnobs first_knobs(double wanted, const ErrorKnobs& given, const ErrorLimits
 /// Turns what keeps the error above what is wanted, as far as the law of each part says. What is read as the solution has it
 /// is as fine as the mesh; where that is too coarse a final gather comes first, if it may. @returns nothing when there is
 /// nothing left to turn
-std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts, double wanted, const ErrorLimits& limits);
+std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts, double wanted,
+                                 const ErrorLimits& limits);
 
 }  // namespace lichthof

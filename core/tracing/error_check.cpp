@@ -46,7 +46,8 @@ class ResidualWalks {
     for (std::uint32_t walk = 0; walk < options_.walks; ++walk) {
       const auto first = landings.size() * walk / options_.walks, last = landings.size() * (walk + 1) / options_.walks;
       const Landing& landing = landings[first + random.below(static_cast<std::uint32_t>(last - first))];
-      if (landing.met) truth.correction += error_of_solution(landing.at, random, rays) / static_cast<double>(options_.walks);
+      if (landing.met)
+        truth.correction += error_of_solution(landing.at, random, rays) / static_cast<double>(options_.walks);
     }
     return truth;
   }
@@ -113,8 +114,7 @@ class ResidualWalks {
     std::vector<Landing> landings;
     for (;;) {
       const Rgb reflectance = reflectance_at(scene, scene.surfaces[at.surface], at.point);
-      const Rgb arriving =
-          direct(at, 16, 4, random, rays) + look_around(at, rays_of_a_landing, random, landings, rays);
+      const Rgb arriving = direct(at, 16, 4, random, rays) + look_around(at, rays_of_a_landing, random, landings, rays);
       sum += throughput * (reflectance * arriving - scene_.reflected_radiosity(at, far_away));
       throughput *= reflectance;
       const double go_on = std::min(0.95, max_channel(throughput));
@@ -215,13 +215,15 @@ std::vector<SurfacePoint> random_surface_points(const LitScene& scene, std::uint
         sides.size() - 1);
     const Surface& surface = input.surfaces[sides[side].surface];
     const Vec3 place = random_place(surface.corners, surface.area, random);
-    points.push_back({sides[side].surface, sides[side].back, place, sides[side].back ? -surface.normal : surface.normal});
+    points.push_back(
+        {sides[side].surface, sides[side].back, place, sides[side].back ? -surface.normal : surface.normal});
   }
   return points;
 }
 
 ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::span<const SurfacePoint> points,
-                          std::span<const PointLight> given, const ErrorCheckOptions& options, const Parallel& parallel) {
+                          std::span<const PointLight> given, const ErrorCheckOptions& options,
+                          const Parallel& parallel) {
   MUST(points.size() == given.size() && scene->has_solution() && options.most_batches >= 2);
   if (points.size() < 2) return {};
   const ResidualWalks walks(*scene, options);
@@ -245,7 +247,8 @@ ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::spa
             continue;
           }
           // Paths do not tell the parts: all is told as one.
-          const Estimate whole = tracer.irradiance({points[i].point, points[i].normal}, paths_of_a_batch, seed, rays[task]);
+          const Estimate whole =
+              tracer.irradiance({points[i].point, points[i].normal}, paths_of_a_batch, seed, rays[task]);
           sums[i].add({given[i].direct, whole.mean - given[i].direct, Rgb{0.0}});
         }
     });

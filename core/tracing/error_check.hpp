@@ -35,13 +35,13 @@ struct ErrorCheckOptions {
 
 /// Root of a mean square over points and channels, relative to that of the exact irradiance, unless said otherwise.
 struct ErrorEstimate {
-  double error = 0;                ///< of the light as given
-  double low = 0, high = 0;        ///< 95 % confidence
-  double bias = 0;                 ///< mean of (given - exact) over mean of exact
-  double visibility = 0;           ///< of the direct light
-  double indirect = 0;             ///< of the indirect light,
-  double solution = 0;             ///< where it comes from errors of the solution as seen from the points
-  double noise = 0;                ///< of the check, taken out of all these
+  double error = 0;          ///< of the light as given
+  double low = 0, high = 0;  ///< 95 % confidence
+  double bias = 0;           ///< mean of (given - exact) over mean of exact
+  double visibility = 0;     ///< of the direct light
+  double indirect = 0;       ///< of the indirect light,
+  double solution = 0;       ///< where it comes from errors of the solution as seen from the points
+  double noise = 0;          ///< of the check, taken out of all these
   std::uint32_t points = 0, batches = 0;
   std::uint64_t rays = 0;
 };
@@ -54,6 +54,7 @@ std::vector<SurfacePoint> random_surface_points(const LitScene& scene, std::uint
 /// @error the estimate of the error's square has a standard deviation of about (error² + noise²)·sqrt(2/points)
 /// @cost  about 80 µs a point and batch; the answer does not depend on the threads
 ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::span<const SurfacePoint> points,
-                          std::span<const PointLight> given, const ErrorCheckOptions& options, const Parallel& parallel);
+                          std::span<const PointLight> given, const ErrorCheckOptions& options,
+                          const Parallel& parallel);
 
 }  // namespace lichthof

@@ -15,8 +15,8 @@ TEST_SUITE("system") {
     write_room(folder);
     const std::string points = folder.write("points.csv", room_points());
     for (const double wanted : {0.1, 0.03}) {
-      const Outcome outcome = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error",
-                                   std::to_string(wanted), "--json"});
+      const Outcome outcome = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv",
+                                   "--error", std::to_string(wanted), "--json"});
       REQUIRE(outcome.status == 0);
       const nlohmann::json report = outcome.json(), &error = report["error"];
       CHECK(report["error_estimate"].get<double>() <= wanted);
@@ -42,7 +42,8 @@ TEST_SUITE("system") {
     const Outcome checked = ran({"solve", folder / "room.lht", "-o", folder / "again.lht", "--check", "--json"});
     REQUIRE(checked.status == 0);
     CHECK(checked.json()["error_estimate"].get<double>() == doctest::Approx(estimate).epsilon(0.5));
-    const Outcome drawn = ran({"render", folder / "room.obj", "-o", folder / "room.exr", "--size", "40x30", "--error", "0.1"});
+    const Outcome drawn =
+        ran({"render", folder / "room.obj", "-o", folder / "room.exr", "--size", "40x30", "--error", "0.1"});
     CHECK(drawn.status == 0);
     CHECK(drawn.out.find("error ") != std::string::npos);
   }
@@ -64,13 +65,15 @@ TEST_SUITE("system") {
     const Folder folder;
     write_room(folder);
     const std::string points = folder.write("points.csv", room_points());
-    const Outcome reference = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error",
-                                   "0.1", "--method", "reference"});
+    const Outcome reference = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv",
+                                   "--error", "0.1", "--method", "reference"});
     CHECK(reference.status == 2);
     CHECK(reference.complains("--error"));
     CHECK(ran({"render", folder / "room.obj", "-o", folder / "x.exr", "--check", "--method", "raytrace"}).status == 2);
-    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "nan"}).status == 2);
-    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "0"}).status == 2);
+    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "nan"}).status ==
+          2);
+    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "0"}).status ==
+          2);
     REQUIRE(ran({"solve", folder / "room.obj", "-o", folder / "room.lht", "--elements", "500"}).status == 0);
     const Outcome again = ran({"solve", folder / "room.lht", "-o", folder / "room.lht", "--error", "0.1"});
     CHECK(again.status == 2);

@@ -43,7 +43,9 @@ TEST_CASE("error_budget: what is fixed by hand stays, and when nothing is left i
   CHECK_FALSE(turned(begun, {0.1, 0.1, 0.1, 0.1}, 0.02, limits));
 }
 
-TEST_CASE("error_budget: light that is read as the solution has it asks for a finer mesh, or for a gather where one may come") {
+TEST_CASE(
+    "error_budget: light that is read as the solution has it asks for a finer mesh, or for a gather where one may "
+    "come") {
   const ErrorKnobs interpolated{10000, 1e-3, 0, 256}, as_it_is{10000, 1e-3, 0, 0};
   ErrorLimits fixed;
   fixed.turns_gather = fixed.turns_direct = false;

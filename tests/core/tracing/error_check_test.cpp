@@ -44,8 +44,8 @@ std::vector<PointLight> read(const CheckedRoom& room, const std::vector<SurfaceP
 }
 
 /// The relative RMS error by path tracing, its own noise taken out.
-double error_by_paths(const CheckedRoom& room, const std::vector<SurfacePoint>& points, const std::vector<PointLight>& given,
-                      std::uint32_t paths) {
+double error_by_paths(const CheckedRoom& room, const std::vector<SurfacePoint>& points,
+                      const std::vector<PointLight>& given, std::uint32_t paths) {
   std::vector<SensorPoint> sensors;
   for (const SurfacePoint& at : points) sensors.push_back({at.point, at.normal});
   std::uint64_t rays = 0;
@@ -78,7 +78,8 @@ TEST_CASE("error_check: what is right is found right, and an error that is put i
 TEST_CASE("error_check: an error of the solution is found although all that is read agrees with it") {
   // A furnace that is solved too bright by 5 %: a gather of it brings rho times the same error, and the walks the rest.
   const Furnace furnace(1, 0.8);
-  const auto scene = std::make_shared<LitScene>(uniform_solution(furnace.scene, 0.1, 1.05 * furnace.total(), furnace.direct()));
+  const auto scene =
+      std::make_shared<LitScene>(uniform_solution(furnace.scene, 0.1, 1.05 * furnace.total(), furnace.direct()));
   const std::vector<SurfacePoint> points = points_inside(*scene, 64, 4);
   const Rgb direct{furnace.direct()}, seen{1.05 * 0.8 * furnace.total()};
   ErrorCheckOptions options;
@@ -122,7 +123,8 @@ TEST_CASE("error_check: points lie on lit sides, as many as their area") {
   const Scene& scene = room.scene->trace().scene();
   double lit_m2 = 0;
   for (std::size_t s = 0; s < scene.surfaces.size(); ++s)
-    lit_m2 += scene.surfaces[s].area * (int{room.scene->mesh().lit_sides[s].front} + int{room.scene->mesh().lit_sides[s].back});
+    lit_m2 += scene.surfaces[s].area *
+              (int{room.scene->mesh().lit_sides[s].front} + int{room.scene->mesh().lit_sides[s].back});
   std::vector<std::size_t> count(scene.surfaces.size(), 0);
   for (const SurfacePoint& at : points) {
     ++count[at.surface];
