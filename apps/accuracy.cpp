@@ -115,9 +115,15 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
     const bool is_met = !wish.error || is_safe || estimate.high <= least_error;
     const std::optional<ErrorKnobs> next = is_met ? std::nullopt : turned(knobs, parts, wanted, limits);
     if (next && round < most_rounds && !interruption.asked()) {
-      const bool is_new_mesh = next->elements != knobs.elements;
-      if (is_new_mesh || next->eps != knobs.eps)
-        run.choose(is_new_mesh ? std::optional(next->elements) : std::nullopt, next->eps);
+      if (next->keep < 1) {
+        const double eps = next->eps;
+        if (!run.refine(next->keep))
+          run.choose(2 * knobs.elements, eps);
+        else if (eps != knobs.eps)
+          run.choose(std::nullopt, eps);
+      } else if (next->elements != knobs.elements || next->eps != knobs.eps) {
+        run.choose(next->elements != knobs.elements ? std::optional(next->elements) : std::nullopt, next->eps);
+      }
       knobs = *next;
       continue;
     }

@@ -12,6 +12,7 @@
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
 #include "core/base/random.hpp"
+#include "core/light/refinement.hpp"
 #include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
@@ -51,15 +52,18 @@ ProbeOptions probe_options(const ErrorKnobs& knobs) {
   return options;
 }
 
-/// RMS of what unshot light is expected to bring yet, relative to that of all light.
-double pending_share(const Solution& solution) {
-  double pending = 0, all = 0;
-  for (std::size_t e = 0; e < solution.mesh->elements.size(); ++e) {
-    const Rgb yet{solution.pending[e]}, total = Rgb{solution.irradiance[e]} + yet;
-    pending += static_cast<double>(solution.mesh->elements[e].area) * glm::dot(yet, yet);
-    all += static_cast<double>(solution.mesh->elements[e].area) * glm::dot(total, total);
-  }
-  return all > 0 ? std::sqrt(pending / all) : 0;
+/// Light that is still to be distributed, whatever its sign, relative to all that has arrived. Shots go ahead of the light that
+/// is expected, so net sums are small long before each place has its own.
+double unshot_share(const Solution& solution) {
+  double unshot = 0, all = 0;
+  for (const Patch& patch : solution.mesh->patches)
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+      const Rgb arrived{solution.irradiance[e]};
+      const double area = solution.mesh->elements[e].area;
+      unshot += area * sum_channels(glm::abs(patch.exitance + patch.reflectance * arrived - Rgb{solution.shot[e]}));
+      all += area * sum_channels(arrived);
+    }
+  return all > 0 ? unshot / all : 0;
 }
 
 /// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
@@ -249,6 +253,14 @@ void Run::choose(std::optional<std::uint32_t> elements, double eps) {
   mesh_.reset(), grid_.reset(), solution_.reset();
 }
 
+bool Run::refine(double keep) {
+  const std::vector<std::uint8_t> fineness = refined(*mesh_, deviations(*solution_), keep);
+  if (fineness == mesh_->fineness) return false;
+  mesh_ = std::make_shared<const Mesh>(mesh_of(*scene_, mesh_->options, mesh_->lit_sides, fineness));
+  grid_.reset(), solution_.reset();
+  return true;
+}
+
 Status Run::keep(const std::string& path) {
   const Interruption::Deferral deferral;
   if (Status written = io::write_solution(path, *solution_); !written) return written;
@@ -325,7 +337,7 @@ Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wan
     }
   ErrorCheckOptions options;
   options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
-  Checked checked{check_error(scene, points, light, options, *parallel_), pending_share(*solution_), {}};
+  Checked checked{check_error(scene, points, light, options, *parallel_), unshot_share(*solution_), {}};
   if (knobs.is_gathered()) {
     ProbeOptions again = probe_options(knobs);
     again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;

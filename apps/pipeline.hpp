@@ -53,6 +53,9 @@ class Run {
 
   /// Another end for the next solve(), which goes on from what has been solved; or, with another mesh, begins anew.
   void choose(std::optional<std::uint32_t> elements, double eps);
+  /// For the next solve(): the mesh with smaller elements where the light of this one strays from planes.
+  /// @returns false: all are as fine as they may be
+  bool refine(double keep);
   /// How far the light is from the truth, read with these knobs at random points of the surfaces.
   struct Checked {
     ErrorEstimate estimate;

@@ -72,7 +72,9 @@ class Builder {
         small.push_back(id);
         continue;
       }
-      Bundle bundle{{id}, {}, {}, false, group.patch_count};
+      Bundle bundle{{id}, {}, {}, false, 0};
+      for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
+        bundle.clusters += (mesh_.patches[p].element_count + 15) / 16;
       finish(bundle);
       bundles.push_back(std::move(bundle));
     }
@@ -186,11 +188,17 @@ class Builder {
   void add_patch(std::uint32_t mesh_patch, std::uint32_t& lane) {
     const Patch& patch = mesh_.patches[mesh_patch];
     const Plane& plane = mesh_.planes[patch.plane.value];
-    Cluster& cluster = tree_.clusters.back();
     tree_.patches.push_back({mesh_patch, static_cast<std::uint32_t>(tree_.clusters.size()) - 1, lane});
-    const auto local_patch = static_cast<std::uint16_t>(tree_.patches.size() - 1 - cluster.first_patch);
-    MUST(lane + patch.element_count <= 16);
+    const auto place = static_cast<std::uint32_t>(tree_.patches.size()) - 1;
+    MUST(lane == 0 || lane + patch.element_count <= 16);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e, ++lane) {
+      if (lane == 16) {
+        tree_.clusters.emplace_back();
+        tree_.clusters.back().first_patch = place;
+        lane = 0;
+      }
+      Cluster& cluster = tree_.clusters.back();
+      const auto local_patch = static_cast<std::uint16_t>(place - cluster.first_patch);
       const Vec3 point = plane.point(mesh_.elements[e].centre) - origin_;
       Receivers16& r = cluster.points;
       r.x[lane] = static_cast<float>(point.x), r.y[lane] = static_cast<float>(point.y), r.z[lane] = static_cast<float>(point.z);

@@ -267,8 +267,15 @@ class Cutter {
     choose_grid(patch);
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
     add_elements(patch);
+    if (mesh_.elements.size() == patch.first_element) return;
+    if (const std::uint8_t fineness = fineness_of(mesh_.patches.size()); fineness > 1) {
+      mesh_.elements.resize(patch.first_element);
+      patch.fineness = fineness;
+      patch.columns = static_cast<std::uint8_t>(patch.columns * fineness);
+      patch.rows = static_cast<std::uint8_t>(patch.rows * fineness);
+      add_elements(patch);
+    }
     patch.element_count = static_cast<std::uint32_t>(mesh_.elements.size()) - patch.first_element;
-    if (patch.element_count == 0) return;
     patch.reflectance = mean_reflectance(patch, plane, surface);
     if (!patch.back) patch.exitance = std::numbers::pi * scene_.material_of(surface).radiance;
     mesh_.patches.push_back(patch);
@@ -304,11 +311,25 @@ class Cutter {
     }
   }
 
+  std::uint8_t fineness_of(std::size_t patch) const {
+    return patch < mesh_.fineness.size() ? mesh_.fineness[patch] : std::uint8_t{1};
+  }
+
+  /// In the order of 4x4 tiles, so that sixteen in a row are neighbours: they become one vector of receivers.
   void add_elements(const Patch& patch) {
+    constexpr std::uint8_t tile = 4;
+    const bool is_tiled = patch.fineness > 1;
+    const std::uint8_t high = is_tiled ? tile : patch.rows, wide = is_tiled ? tile : patch.columns;
+    for (std::uint8_t top = 0; top < patch.rows; top = static_cast<std::uint8_t>(top + high))
+      for (std::uint8_t left = 0; left < patch.columns; left = static_cast<std::uint8_t>(left + wide))
+        add_elements(patch, left, std::min<int>(left + wide, patch.columns), top, std::min<int>(top + high, patch.rows));
+  }
+
+  void add_elements(const Patch& patch, int left, int right, int top, int bottom) {
     const std::span<const Vec2> polygon = mesh_.polygon(patch.polygon);
     const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
-    for (std::uint8_t row = 0; row < patch.rows; ++row)
-      for (std::uint8_t column = 0; column < patch.columns; ++column) {
+    for (auto row = static_cast<std::uint8_t>(top); row < bottom; ++row)
+      for (auto column = static_cast<std::uint8_t>(left); column < right; ++column) {
         const Vec2 lo = patch.lo + step * Vec2{column, row}, hi = lo + step;
         Polygon2 piece(polygon.begin(), polygon.end());
         const double slack = 1e-9 * (step.x + step.y);
@@ -354,12 +375,14 @@ double lit_area(const Scene& scene, std::span<const LitSides> lit) {
 
 }  // namespace
 
-Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit) {
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
+             std::span<const std::uint8_t> fineness) {
   MUST(!scene.surfaces.empty());
   MUST(lit.empty() || lit.size() == scene.surfaces.size());
   Mesh mesh;
   mesh.options = options;
   mesh.lit_sides.assign(lit.begin(), lit.end());
+  mesh.fineness.assign(fineness.begin(), fineness.end());
   const Box box = bounds(scene);
   const double extent = std::max({box.size().x, box.size().y, box.size().z});
   if (mesh.options.patch_size <= 0) {

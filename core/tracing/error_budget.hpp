@@ -6,7 +6,7 @@
 /// |----------------|-------------------------------------------------------|-----------------------------------|
 /// | visibility     | luminaires sampled by few rays                        | rays to the luminaires            |
 /// | reconstruction | the solution interpolated, or gathered by few rays    | rays of the final gather          |
-/// | discretisation | elements too large for what the light does            | elements                          |
+/// | discretisation | elements too large for what the light does            | elements: all, or where it is due |
 /// | convergence    | light that has not been shot                          | eps                               |
 #pragma once
 
@@ -22,6 +22,8 @@ struct ErrorKnobs {
   double eps = 5e-4;
   std::uint32_t gather_rays = 0;    ///< 0: the solution is interpolated
   std::uint32_t direct_rays = 256;  ///< to all luminaires together; 0: direct light is interpolated too
+  double keep =
+      1;  ///< below 1: elements are refined until this share of their deviations is left (core/light/refinement)
   bool direct_is_solved() const { return direct_rays == 0; }
   bool is_gathered() const { return gather_rays > 0; }
   bool operator==(const ErrorKnobs&) const = default;

@@ -43,13 +43,24 @@ TEST_CASE("error_budget: what is fixed by hand stays, and when nothing is left i
   CHECK_FALSE(turned(begun, {0.1, 0.1, 0.1, 0.1}, 0.02, limits));
 }
 
+TEST_CASE("error_budget: edges of solved direct light ask for smaller elements there, all else for smaller ones everywhere") {
+  const ErrorKnobs as_it_is{10000, 1e-3, 0, 0};
+  ErrorLimits fixed;
+  fixed.turns_gather = fixed.turns_direct = false;
+  const ErrorKnobs edges = *turned(as_it_is, {.visibility = 0.1, .reconstruction = 0.02}, 0.02, fixed);
+  CHECK(edges.keep < 1);
+  CHECK(edges.elements == 10000);
+  const ErrorKnobs everywhere = *turned(edges, {.visibility = 0.02, .reconstruction = 0.1}, 0.02, fixed);
+  CHECK(everywhere.keep == 1);
+  CHECK(everywhere.elements > 10000);
+}
+
 TEST_CASE(
     "error_budget: light that is read as the solution has it asks for a finer mesh, or for a gather where one may "
     "come") {
   const ErrorKnobs interpolated{10000, 1e-3, 0, 256}, as_it_is{10000, 1e-3, 0, 0};
   ErrorLimits fixed;
   fixed.turns_gather = fixed.turns_direct = false;
-  CHECK(turned(as_it_is, {.visibility = 0.1}, 0.02, fixed)->elements > 10000);
   CHECK(turned(as_it_is, {.reconstruction = 0.1}, 0.02, fixed)->elements > 10000);
   const ErrorKnobs gathered = *turned(interpolated, {.reconstruction = 0.1}, 0.02, {});
   CHECK(gathered.is_gathered());
@@ -59,7 +70,7 @@ TEST_CASE(
 TEST_CASE("error_budget: the parts add up to the whole, in squares") {
   ErrorEstimate estimate;
   estimate.visibility = 0.01, estimate.indirect = 0.05, estimate.solution = 0.03;
-  const ErrorParts gathered = parts_of(estimate, 0.06, 0.04), read = parts_of(estimate, 0.0, {});
+  const ErrorParts gathered = parts_of(estimate, 0.04, 0.04), read = parts_of(estimate, 0.0, {});
   CHECK(gathered.reconstruction == doctest::Approx(0.04));
   CHECK(gathered.convergence == doctest::Approx(0.02));
   const auto square = [](const ErrorParts& p) {
