@@ -29,7 +29,7 @@ struct ErrorOptions {
   ElementRange elements{1500, 48000};  ///< of the meshes that errors are measured on
   ElementRange growth{5000, 40000};    ///< of those for the growth of cost
   std::uint32_t points = 2000;         ///< random surface points
-  std::uint32_t most_paths = 16384;    ///< of the truth, at each point
+  std::uint32_t most_paths = 32768;    ///< of the truth, at each point
 };
 
 /// One setting of one method.

@@ -14,7 +14,7 @@ namespace {
 // Sizes in px.
 constexpr double panel_width = 430, panel_height = 440, caption_height = 26;
 constexpr double left = 66, right = 14, top = 34, bottom = 56;
-constexpr double key_step = 20, mark_size = 4.2;
+constexpr double key_step = 20, key_width = 108, mark_size = 4.2;
 constexpr const char* ink = "#24292f";
 constexpr const char* faint = "#d9dee3";
 
@@ -112,13 +112,13 @@ std::string drawn(const Curve& curve, const Scale& x, const Scale& y) {
 }
 
 std::string key_of(const Panel& panel) {
-  const double height = key_step * static_cast<double>(panel.curves.size());
-  double y = panel.key == Panel::Key::lower_left ? panel_height - bottom - height + 2 : top + 18;
+  const double x = panel.key == Panel::Key::upper_left ? left + 12 : panel_width - right - key_width;
+  double y = top + 14;
   std::string text;
   for (const Curve& curve : panel.curves) {
-    text += "<path d=\"M" + px(left + 12) + " " + px(y) + "H" + px(left + 38) + "\" " + stroke_of(curve);
-    text += mark_at(curve.mark, left + 25, y, curve.colour);
-    text += text_at(left + 46, y + 4.5, curve.name, "class=\"halo\"");
+    text += "<path d=\"M" + px(x) + " " + px(y) + "H" + px(x + 26) + "\" " + stroke_of(curve);
+    text += mark_at(curve.mark, x + 13, y, curve.colour);
+    text += text_at(x + 34, y + 4.5, curve.name, "class=\"halo\"");
     y += key_step;
   }
   return text;

@@ -29,8 +29,8 @@ struct Axis {
 struct Panel {
   std::string title;
   Axis x, y;
-  std::vector<Curve> curves;                                        ///< drawn in this order
-  enum class Key { lower_left, upper_left } key = Key::lower_left;  ///< where the plot leaves room for it
+  std::vector<Curve> curves;                                          ///< drawn in this order
+  enum class Key { upper_right, upper_left } key = Key::upper_right;  ///< where the plot leaves room for it
 };
 
 /// @param caption  one line under all panels
