@@ -264,8 +264,8 @@ TEST_SUITE("system") {
                                          "1",      "--elements",  "300..600", "--growth",           "300..1200",
                                          "--json", "--reference", truth};
     std::vector<std::string> first = small;
-    for (const std::string word : {std::string("--points"), std::string("60"), std::string("--paths"),
-                                   std::string("512"), std::string("-o"), plot})
+    for (const std::string& word : {std::string("--points"), std::string("60"), std::string("--paths"), std::string("512"),
+                                    std::string("-o"), plot})
       first.push_back(word);
     const Outcome outcome = ran(first);
     REQUIRE(outcome.status == 0);
