@@ -225,8 +225,7 @@ Status bench_error(const BenchCommand& options, const Interruption& interruption
   if (!options.plot.empty()) {
     const std::string caption =
         "lichthof " LICHTHOF_VERSION
-        " bench error. CPU time of one thread, from the scene in memory; errors at random points of "
-        "its surfaces, against path tracing.";
+        " bench error: CPU time of one thread; errors at random points of the surfaces, against path tracing";
     if (Status written = io::write_file(options.plot, bench::plot(reports, caption)); !written) return written;
   }
   const bench::Section section = bench::error_section(reports);

@@ -50,11 +50,14 @@ constexpr std::array<RulePoint, 25> rule = [] {
 }();
 
 /// Where shadows have edges all rules are about as far off as from each other; this covers the better ones' luck.
-constexpr double safety = 2;
+constexpr double safety = 3;
 
 /// How much the closed rule counts: it shall find a shadow at the border that the others miss, which is then narrower than the
 /// distance of their outermost points, and it overrates such a shadow by more than this.
 constexpr double closed_share = 0.1;
+
+/// What halving a triangle changed is its own error; this much of it is taken to be left in the halves at least.
+constexpr double change_share = 0.25;
 
 /// A triangle all of whose points see the whole source past obstructions, or nothing of it for several together, may hold a part
 /// where that is not so: it is taken to be one point's share at most, and of a large triangle rather than a small one.
@@ -135,7 +138,8 @@ class Integrator {
   Exchange integral(std::uint64_t most_points);
 
  private:
-  void add(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between);
+  Triangle triangle(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between);
+  void push(Triangle t);
   void evaluate(Triangle& triangle);
   void halve_worst();
 
@@ -175,20 +179,25 @@ void Integrator::evaluate(Triangle& t) {
     t.error += doubt_share * (visible.fine + hidden.fine) * t.area * t.area / receiver_area_;
 }
 
-void Integrator::add(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between) {
+/// @param between  what the triangle's parent had between; what reaches its own shaft stays
+Triangle Integrator::triangle(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between) {
   Triangle t;
   t.corner = corner;
   t.area = area(corner);
-  if (t.area <= 0) return;
   const ViewShaft shaft(corner, pair_.source, tolerance_);
-  bool hidden = false;
   for (const std::uint32_t index : between) {
     if (!shaft.may_hold(pair_.between[index])) continue;
+    if (hides_all(pair_.between[index], corner, pair_.source, tolerance_)) {
+      t.between.clear();
+      return t;
+    }
     t.between.push_back(index);
-    hidden = hides_all(pair_.between[index], corner, pair_.source, tolerance_);
-    if (hidden) break;
   }
-  if (!hidden) evaluate(t);
+  evaluate(t);
+  return t;
+}
+
+void Integrator::push(Triangle t) {
   error_ += t.error;
   heap_.push_back(std::move(t));
   std::push_heap(heap_.begin(), heap_.end(), less_wrong);
@@ -206,8 +215,13 @@ void Integrator::halve_worst() {
     if (const double l = glm::length(t.corner[(k + 1) % 3] - t.corner[k]); l > length) length = l, longest = k;
   const Vec3 &a = t.corner[longest], &b = t.corner[(longest + 1) % 3], &c = t.corner[(longest + 2) % 3];
   const Vec3 middle = 0.5 * (a + b);
-  add({a, middle, c}, t.between);
-  add({middle, b, c}, t.between);
+  Triangle left = triangle({a, middle, c}, t.between), right = triangle({middle, b, c}, t.between);
+  // What the halves have changed, they may be wrong by in part.
+  const double changed = std::abs(left.value + right.value - t.value), least = 0.5 * change_share * changed;
+  for (Triangle* half : {&left, &right}) {
+    if (!half->between.empty()) half->error = std::max(half->error, least);
+    push(std::move(*half));
+  }
 }
 
 Exchange Integrator::integral(std::uint64_t most_points) {
@@ -215,7 +229,7 @@ Exchange Integrator::integral(std::uint64_t most_points) {
   std::vector<std::uint32_t> all(pair_.between.size());
   for (std::uint32_t k = 0; k < all.size(); ++k) all[k] = k;
   for (const Polygon& piece : pieces_between_standing(pair_, plane_tolerance_))
-    for (std::size_t k = 1; k + 1 < piece.size(); ++k) add({piece[0], piece[k], piece[k + 1]}, all);
+    for (std::size_t k = 1; k + 1 < piece.size(); ++k) push(triangle({piece[0], piece[k], piece[k + 1]}, all));
   while (error_ > allowed_error_ && result_.points < most_points) halve_worst();
   // The running sum has drifted by rounding: what is reported is summed anew.
   for (const Triangle& t : heap_) result_.area += t.value, result_.error += t.error;

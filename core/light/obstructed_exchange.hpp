@@ -34,7 +34,7 @@ enum class Clear : std::uint8_t {
 /// The receiver falls into triangles, cut where an obstruction stands on it, for there the visible part jumps. A triangle that
 /// no obstruction reaches is integrated along its edges; one from which a single obstruction hides the source is nothing; the
 /// others have 19 points [Laurie82] and 6 on the border, at each of which the visible part is known exactly (PointView), and
-/// are halved, the worst first, until their errors add up to less than allowed. The error of one is twice the difference between
+/// are halved, the worst first, until their errors add up to less than allowed. The error of one is three times the difference between
 /// the rules of degree 8 and 5, or a tenth of that to a rule with points on the border, which finds narrow shadows there. Of the
 /// visible and the hidden part that one is integrated whose rules agree better.
 ///
