@@ -97,10 +97,12 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
     if (!is_loaded) run.choose(limits.turns_elements ? std::optional(knobs.elements) : std::nullopt, knobs.eps);
   }
   nlohmann::json rounds = nlohmann::json::array();
+  bool is_solved = is_loaded;
   for (int round = 1;; ++round) {
     const Stopwatch watch;
-    if (!is_loaded || !run.solution())
+    if (!is_solved)
       if (Status solved = run.solve(); !solved) return solved.error();
+    is_solved = true;
     if (interruption.asked() || !wish.is_set()) return knobs;
     const Run::Checked checked = run.check(knobs, check_points(wanted), wanted, static_cast<std::uint64_t>(round));
     const ErrorEstimate& estimate = checked.estimate;
@@ -115,16 +117,15 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
     const bool is_met = !wish.error || is_safe || estimate.high <= least_error;
     const std::optional<ErrorKnobs> next = is_met ? std::nullopt : turned(knobs, parts, wanted, limits);
     if (next && round < most_rounds && !interruption.asked()) {
-      if (next->keep < 1) {
-        const double eps = next->eps;
-        if (!run.refine(next->keep))
-          run.choose(2 * knobs.elements, eps);
-        else if (eps != knobs.eps)
-          run.choose(std::nullopt, eps);
-      } else if (next->elements != knobs.elements || next->eps != knobs.eps) {
-        run.choose(next->elements != knobs.elements ? std::optional(next->elements) : std::nullopt, next->eps);
-      }
+      const std::uint32_t elements_before = knobs.elements;
+      const double eps_before = knobs.eps;
       knobs = *next;
+      const bool is_refined = knobs.keep < 1 && run.refine(knobs.keep);
+      if (knobs.keep < 1 && !is_refined) knobs.elements *= 2;  // all that may be refined is
+      const bool is_new_mesh = knobs.elements != elements_before;
+      if (is_new_mesh || knobs.eps != eps_before)
+        run.choose(is_new_mesh ? std::optional(knobs.elements) : std::nullopt, knobs.eps);
+      is_solved = !is_refined && !is_new_mesh && knobs.eps == eps_before;
       continue;
     }
     nlohmann::json report = {{"estimate", estimate.error}, {"low", estimate.low},     {"high", estimate.high},
