@@ -13,6 +13,7 @@ void add_solve(CLI::App& program, Command& chosen);
 void add_probe(CLI::App& program, Command& chosen);
 void add_export(CLI::App& program, Command& chosen);
 void add_convert(CLI::App& program, Command& chosen);
+void add_viewfactors(CLI::App& program, Command& chosen);
 void add_doctor(CLI::App& program, Command& chosen);
 void add_bench(CLI::App& program, Command& chosen);
 void add_keys(CLI::App& program, Command& chosen);

@@ -50,8 +50,8 @@ int run(int argc, char** argv) {
       "lichthof COMMAND --help tells a command's options, with examples.\n"
       "Exit status: 0 done, 1 the job failed or was interrupted, 2 bad usage or bad input.");
   Command chosen;
-  for (const auto add : {add_render, add_solve, add_probe, add_export, add_convert, add_doctor, add_bench, add_keys,
-                         add_controller, add_node, add_submit, add_jobs, add_top, add_shell})
+  for (const auto add : {add_render, add_solve, add_probe, add_export, add_convert, add_viewfactors, add_doctor, add_bench,
+                         add_keys, add_controller, add_node, add_submit, add_jobs, add_top, add_shell})
     add(program, chosen);
   try {
     program.parse(argc, argv);

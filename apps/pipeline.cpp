@@ -11,6 +11,8 @@
 #include "apps/common/camera_choice.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
+#include "core/base/random.hpp"
+#include "core/light/refinement.hpp"
 #include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
@@ -52,6 +54,42 @@ Status is_finite(const Solution& solution) {
     }
   }
   return Done{};
+}
+
+ProbeOptions probe_options(const ErrorKnobs& knobs) {
+  ProbeOptions options;
+  options.indirect = knobs.is_gathered() ? IndirectMethod::gather : IndirectMethod::interpolate;
+  if (knobs.is_gathered()) options.gather_rays = knobs.gather_rays;
+  // A luminaire has 64 parts at most: more rays than that go to other places of the same parts.
+  constexpr std::uint32_t most_at_once = 256;
+  options.direct.rays = std::min(knobs.direct_rays, most_at_once);
+  options.direct.most_per_luminaire = knobs.direct_rays < most_at_once ? 16 : 64;
+  options.direct_rounds = std::max(1u, knobs.direct_rays / most_at_once);
+  return options;
+}
+
+/// Light that is still to be distributed, whatever its sign, relative to all that has arrived. Shots go ahead of the light that
+/// is expected, so net sums are small long before each place has its own.
+double unshot_share(const Solution& solution) {
+  double unshot = 0, all = 0;
+  for (const Patch& patch : solution.mesh->patches)
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+      const Rgb arrived{solution.irradiance[e]};
+      const double area = solution.mesh->elements[e].area;
+      unshot += area * sum_channels(glm::abs(patch.exitance + patch.reflectance * arrived - Rgb{solution.shot[e]}));
+      all += area * sum_channels(arrived);
+    }
+  return all > 0 ? unshot / all : 0;
+}
+
+/// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
+double sampling_error(const std::vector<PointLight>& one, const std::vector<PointLight>& other) {
+  double squares = 0, all = 0;
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const Rgb difference = one[i].indirect - other[i].indirect, total = one[i].total();
+    squares += 0.5 * glm::dot(difference, difference), all += glm::dot(total, total);
+  }
+  return all > 0 ? std::sqrt(squares / all) : 0;
 }
 
 /// What each actor of a pass has done, as `lichthof top` would show it of a lab.
@@ -200,7 +238,7 @@ Status Run::solve() {
   if (!mesh_)
     if (Status meshed = mesh(); !meshed) return meshed;
   if (Status divided = divide(); !divided) return divided;
-  record_.seconds.mesh = mesh_watch.seconds();
+  record_.seconds.mesh += mesh_watch.seconds();
 
   const Stopwatch watch;
   ProgressLine line(!options_.talk.quiet);
@@ -221,8 +259,23 @@ Status Run::solve() {
   if (Status finite = is_finite(solution); !finite) return finite;
   solution_ = std::move(solution);
   add_actors(*run.meters, record_);
-  record_.seconds.radiosity = watch.seconds();
+  record_.seconds.radiosity += watch.seconds();
   return Done{};
+}
+
+void Run::choose(std::optional<std::uint32_t> elements, double eps) {
+  options_.first_pass.eps = eps;
+  if (!elements) return;
+  options_.first_pass.elements = elements;
+  mesh_.reset(), grid_.reset(), solution_.reset();
+}
+
+bool Run::refine(double keep) {
+  const std::vector<std::uint8_t> fineness = refined(*mesh_, deviations(*solution_), keep);
+  if (fineness == mesh_->fineness) return false;
+  mesh_ = std::make_shared<const Mesh>(mesh_of(*scene_, mesh_->options, mesh_->lit_sides, fineness));
+  grid_.reset(), solution_.reset();
+  return true;
 }
 
 Status Run::keep(const std::string& path) {
@@ -251,7 +304,7 @@ std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, con
   wish.camera = camera;
   wish.width = wanted.width, wish.height = wanted.height;
   wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : default_samples);
-  wish.gather_rays = wanted.gather_rays;
+  wish.gather_rays = wanted.gather_rays.value_or(0);
   return picture_source(lit_scene(), wish);
 }
 
@@ -278,16 +331,38 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   return std::move(result.image);
 }
 
-std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays) {
+std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  ProbeOptions options;
-  options.indirect = gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
-  if (gather_rays > 0) options.gather_rays = gather_rays;
-  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, options, *parallel_, record_.traced_rays);
+  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, probe_options(knobs), *parallel_, record_.traced_rays);
   if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
   record_.seconds.rays = watch.seconds();
   return irradiance;
+}
+
+Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wanted, std::uint64_t seed) {
+  const Stopwatch watch;
+  const std::shared_ptr<const LitScene> scene = lit_scene();
+  const std::vector<SurfacePoint> points = random_surface_points(*scene, count, seed);
+  std::vector<SensorPoint> sensors;
+  for (const SurfacePoint& point : points) sensors.push_back({point.point, point.normal});
+  std::vector<PointLight> light = sensor_light(scene, sensors, probe_options(knobs), *parallel_, record_.traced_rays);
+  if (knobs.direct_is_solved())
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      light[i].indirect = scene->indirect_irradiance(points[i]);
+      light[i].direct = scene->total_irradiance(points[i]) - light[i].indirect;
+    }
+  ErrorCheckOptions options;
+  options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
+  Checked checked{check_error(scene, points, light, options, *parallel_), unshot_share(*solution_), {}};
+  if (knobs.is_gathered()) {
+    ProbeOptions again = probe_options(knobs);
+    again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;
+    checked.sampling = sampling_error(light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
+  }
+  record_.traced_rays += checked.estimate.rays;
+  record_.seconds.check += watch.seconds();
+  return checked;
 }
 
 std::vector<Estimate> Run::reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples) {

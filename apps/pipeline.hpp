@@ -16,6 +16,8 @@
 #include "core/scene/partition.hpp"
 #include "core/scene/scene.hpp"
 #include "core/tracing/column_source.hpp"
+#include "core/tracing/error_budget.hpp"
+#include "core/tracing/error_check.hpp"
 #include "core/tracing/image.hpp"
 #include "core/tracing/lit_scene.hpp"
 #include "core/tracing/path_tracer.hpp"
@@ -49,6 +51,19 @@ class Run {
   Status solve();
   bool converged() const { return solution_ && solution_->converged; }
 
+  /// Another end for the next solve(), which goes on from what has been solved; or, with another mesh, begins anew.
+  void choose(std::optional<std::uint32_t> elements, double eps);
+  /// For the next solve(): the mesh with smaller elements where the light of this one strays from planes.
+  /// @returns false: all are as fine as they may be
+  bool refine(double keep);
+  /// How far the light is from the truth, read with these knobs at random points of the surfaces.
+  struct Checked {
+    ErrorEstimate estimate;
+    double unshot = 0;               ///< see parts_of()
+    std::optional<double> sampling;  ///< see parts_of()
+  };
+  Checked check(const ErrorKnobs& knobs, std::uint32_t points, double wanted, std::uint64_t seed);
+
   /// Writes the solution. @error io
   Status keep(const std::string& path);
 
@@ -59,12 +74,12 @@ class Run {
   Expected<Image> picture(const Camera& camera, const PictureOptions& wanted);
 
   /// Irradiance (W/m²) at sensor points by the run's method.
-  /// @param gather_rays  0: the solution at the point itself
-  std::vector<Rgb> irradiance(std::span<const SensorPoint> points, std::uint32_t gather_rays);
+  std::vector<Rgb> irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs);
   /// The same by path tracing, with standard errors.
   std::vector<Estimate> reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples);
 
   Method method() const { return method_; }
+  const FirstPassOptions& first_pass() const { return options_.first_pass; }
   const FileFrame& frame() const { return frame_; }
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
   const std::optional<Solution>& solution() const { return solution_; }

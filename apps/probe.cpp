@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/accuracy.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/files.hpp"
 #include "apps/common/log.hpp"
@@ -14,13 +15,14 @@ namespace lichthof::apps {
 
 namespace {
 
-constexpr std::uint32_t default_gather = 192, default_samples = 1024;
+constexpr std::uint32_t default_samples = 1024;
 
 struct ProbeCommand {
   RunOptions run;
   std::string points;
   bool photometric = false;
   std::optional<std::uint32_t> gather_rays, samples;
+  ErrorWish accuracy;
 };
 
 std::vector<SensorPoint> sensors_of(const io::SensorPoints& points) {
@@ -39,8 +41,9 @@ double relative_error(const std::vector<Estimate>& estimates) {
   return value > 0 ? std::sqrt(error / value) : 0;
 }
 
-std::vector<Rgb> measured(Run& run, const std::vector<SensorPoint>& sensors, const ProbeCommand& options) {
-  if (run.method() != Method::reference) return run.irradiance(sensors, options.gather_rays.value_or(default_gather));
+std::vector<Rgb> measured(Run& run, const std::vector<SensorPoint>& sensors, const ProbeCommand& options,
+                          const ErrorKnobs& knobs) {
+  if (run.method() != Method::reference) return run.irradiance(sensors, knobs);
   const std::vector<Estimate> estimates = run.reference_irradiance(sensors, options.samples.value_or(default_samples));
   std::vector<Rgb> irradiance;
   for (const Estimate& estimate : estimates) irradiance.push_back(estimate.mean);
@@ -61,15 +64,19 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
   if (Status ready = output_ready(options.run.output, {}, {options.run.input, options.points}); !ready) return ready;
   Run run("probe", options.run, Method::two_pass, interruption);
   if (Status checked = check_options(options, run.method()); !checked) return checked;
+  if (Status fits = wish_fits(options.accuracy, run); !fits) return fits;
   if (Status loaded = run.load(false); !loaded) return loaded;
   const Expected<io::SensorPoints> points = io::read_points(options.points, run.frame());
   if (!points) return points.error();
 
-  if (has_first_pass(run.method()) && !run.solution()) {
-    if (Status solved = run.solve(); !solved) return solved;
+  ErrorKnobs knobs;
+  if (has_first_pass(run.method())) {
+    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, Reading::at_sensors, options.gather_rays, interruption);
+    if (!reached) return reached.error();
     if (interruption.asked()) return Error{ErrorCode::interrupted, "", "interrupted"};
+    knobs = *reached;
   }
-  const std::vector<Rgb> irradiance = measured(run, sensors_of(*points), options);
+  const std::vector<Rgb> irradiance = measured(run, sensors_of(*points), options, knobs);
   const Interruption::Deferral deferral;
   const Status written = options.photometric ? io::write_illuminance(options.run.output, *points, irradiance)
                                              : io::write_irradiance(options.run.output, *points, irradiance);
@@ -105,6 +112,7 @@ void add_probe(CLI::App& program, Command& chosen) {
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")
       ->check(number_within(2, 1e9))
       ->option_text("N");
+  add_error_options(command, options->accuracy);
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/accuracy.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/files.hpp"
 #include "apps/common/log.hpp"
@@ -19,6 +20,7 @@ struct RenderOptions {
   RunOptions run;
   PictureOptions picture;
   std::string balance = "adaptive";
+  ErrorWish accuracy;
 };
 
 /// The film's columns as rows.
@@ -49,19 +51,21 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
       return ready;
   Run run("render", options.run, Method::two_pass, interruption);
   if (Status fits = picture_fits(options.picture, run.method()); !fits) return fits;
+  if (Status fits = wish_fits(options.accuracy, run); !fits) return fits;
   if (Status loaded = run.load(false); !loaded) return loaded;
   const Expected<Camera> camera = run.camera(options.picture);
   if (!camera) return camera.error();
 
-  if (has_first_pass(run.method()) && !run.solution()) {
-    if (Status solved = run.solve(); !solved) return solved;
-    if (!options.picture.solution.empty())
-      if (Status kept = run.keep(options.picture.solution); !kept) return kept;
-    if (interruption.asked()) return interrupted(options.picture.solution);
-  } else if (!options.picture.solution.empty()) {
-    if (Status kept = run.keep(options.picture.solution); !kept) return kept;
+  PictureOptions wanted = options.picture;
+  if (has_first_pass(run.method())) {
+    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, Reading::in_picture, wanted.gather_rays, interruption);
+    if (!reached) return reached.error();
+    wanted.gather_rays = reached->gather_rays;
   }
-  const Expected<Image> picture = run.picture(*camera, options.picture);
+  if (!wanted.solution.empty())
+    if (Status kept = run.keep(wanted.solution); !kept) return kept;
+  if (interruption.asked()) return interrupted(wanted.solution);
+  const Expected<Image> picture = run.picture(*camera, wanted);
   if (!picture) return interrupted(options.picture.solution);
 
   const Interruption::Deferral deferral;
@@ -95,6 +99,7 @@ void add_render(CLI::App& program, Command& chosen) {
                   "how columns are handed to workers: adaptive or boxes; the picture is the same")
       ->check(one_of({"adaptive", "boxes"}))
       ->option_text("NAME");
+  add_error_options(command, options->accuracy);
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

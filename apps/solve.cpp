@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "apps/accuracy.hpp"
 #include "apps/commands.hpp"
 #include "apps/common/files.hpp"
 #include "apps/common/log.hpp"
@@ -14,7 +15,13 @@ namespace lichthof::apps {
 
 namespace {
 
-Status solve(const RunOptions& options, const Interruption& interruption) {
+struct SolveCommand {
+  RunOptions run;
+  ErrorWish accuracy;
+};
+
+Status solve(const SolveCommand& command, const Interruption& interruption) {
+  const RunOptions& options = command.run;
   log_as_asked(options.talk);
   // A solution may be continued in place: the older file stays until the new one is whole.
   const bool resumes = io::is_solution_file(options.input);
@@ -23,7 +30,14 @@ Status solve(const RunOptions& options, const Interruption& interruption) {
     return ready;
   Run run("solve", options, Method::radiosity, interruption);
   if (Status loaded = run.load(true); !loaded) return loaded;
-  if (Status solved = run.solve(); !solved) return solved;
+  if (resumes) {
+    if (command.accuracy.error)
+      return Error{ErrorCode::bad_input, "--error", options.input + " has its mesh already; solve the scene anew for another error"};
+    if (Status solved = run.solve(); !solved) return solved;
+  }
+  if (!resumes || command.accuracy.check)
+    if (const auto reached = reach(run, command.accuracy, Reading::as_it_is, std::nullopt, interruption); !reached)
+      return reached.error();
   if (Status kept = run.keep(options.output); !kept) return kept;
 
   const RunRecord& record = run.record();
@@ -38,19 +52,20 @@ Status solve(const RunOptions& options, const Interruption& interruption) {
 }  // namespace
 
 void add_solve(CLI::App& program, Command& chosen) {
-  auto options = std::make_shared<RunOptions>();
+  auto options = std::make_shared<SolveCommand>();
   CLI::App& command = *program.add_subcommand("solve", "compute the first pass alone, or continue it");
-  command.add_option("SCENE", options->input, "a scene (.obj, .toml), or a solution to continue")
+  command.add_option("SCENE", options->run.input, "a scene (.obj, .toml), or a solution to continue")
       ->required()
       ->option_text(" ");
-  command.add_option("-o,--output", options->output, "the solution; may be the one that is continued")
+  command.add_option("-o,--output", options->run.output, "the solution; may be the one that is continued")
       ->required()
       ->option_text("SOLUTION");
-  add_method_option(command, options->method, {"radiosity", "two-pass", "hemicube"});
-  add_threads_option(command, options->threads);
-  add_scene_options(command, options->read);
-  add_first_pass_options(command, options->first_pass);
-  add_output_options(command, options->talk);
+  add_method_option(command, options->run.method, {"radiosity", "two-pass", "hemicube"});
+  add_error_options(command, options->accuracy);
+  add_threads_option(command, options->run.threads);
+  add_scene_options(command, options->run.read);
+  add_first_pass_options(command, options->run.first_pass);
+  add_output_options(command, options->run.talk);
   command.footer(
       "Methods: radiosity finds visibility by rays and bitmaps (two-pass is the same here), hemicube by the paper's "
       "item buffer.\n"
@@ -58,6 +73,7 @@ void add_solve(CLI::App& program, Command& chosen) {
       "\nExamples:\n"
       "  lichthof solve room.obj -o room.lht\n"
       "  lichthof solve room.obj -o room.lht --unit mm --up y --cells 4x2 --elements 50000\n"
+      "  lichthof solve room.obj -o room.lht --error 0.05\n"
       "  lichthof solve room.lht -o room.lht --eps 1e-4");
   command.callback(
       [options, &chosen] { chosen = [options](Interruption& interruption) { return solve(*options, interruption); }; });

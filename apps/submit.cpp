@@ -61,7 +61,7 @@ Expected<nlohmann::json> options_json(const SubmitOptions& options, const Scene&
   if (first.patch) document["patch_m"] = *first.patch * scene.file_frame.metres_per_unit;
   if (first.element) document["element_m"] = *first.element * scene.file_frame.metres_per_unit;
   if (picture.samples) document["samples"] = *picture.samples;
-  if (picture.gather_rays > 0) document["gather"] = picture.gather_rays;
+  if (picture.gather_rays) document["gather"] = *picture.gather_rays;
   return document;
 }
 

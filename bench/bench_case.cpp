@@ -5,7 +5,6 @@
 
 #include "bench/measure.hpp"
 #include "core/light/lit_sides.hpp"
-#include "core/scene/partition.hpp"
 #include "core/tracing/column_tracer.hpp"
 
 namespace lichthof::bench {
@@ -14,9 +13,8 @@ namespace {
 
 constexpr std::uint32_t picture_width = 640, picture_height = 480;
 
-std::shared_ptr<const Mesh> default_mesh(const Scene& scene) {
-  MeshOptions options;
-  options.patch_size = scene.patch_size.value_or(0);
+/// As the commands cut it: @param options  with a patch size or a number of elements
+std::shared_ptr<const Mesh> meshed(const Scene& scene, const MeshOptions& options) {
   double area = 0;
   for (const Surface& surface : scene.surfaces) area += surface.area;
   const double block = options.patch_size > 0 ? 2 * options.patch_size : 8 * std::sqrt(area / options.target_elements);
@@ -24,21 +22,26 @@ std::shared_ptr<const Mesh> default_mesh(const Scene& scene) {
   return std::make_shared<const Mesh>(mesh_of(scene, options, lit_sides(scene, rays, block, Parallel(1))));
 }
 
+std::shared_ptr<const Mesh> default_mesh(const Scene& scene) {
+  MeshOptions options;
+  options.patch_size = scene.patch_size.value_or(0);
+  return meshed(scene, options);
+}
+
 }  // namespace
 
 BenchCase::BenchCase(std::shared_ptr<const Scene> scene, unsigned repeat, const std::atomic<bool>& stop)
     : scene_(std::move(scene)), mesh_(default_mesh(*scene_)), repeat_(repeat), stop_(stop) {}
 
-Expected<Solved> BenchCase::solve(const std::string& cells, unsigned threads, TransferMethod method) const {
-  const Expected<CellsWanted> wanted = cells_wanted(cells);
-  if (!wanted) return wanted.error();
-  Expected<CellGrid> grid = partition(*mesh_, bounds(*scene_), *wanted);
+Expected<Solved> BenchCase::solve_on(std::shared_ptr<const Mesh> mesh, SolveOptions options, const CellsWanted& cells,
+                                     unsigned threads) const {
+  Expected<CellGrid> grid = partition(*mesh, bounds(*scene_), cells);
   if (!grid) return grid.error();
   actors::SolveRun run;
   run.scene = scene_;
-  run.mesh = mesh_;
+  run.mesh = std::move(mesh);
   run.grid = std::make_shared<const CellGrid>(std::move(*grid));
-  run.options.method = method;
+  run.options = options;
   run.options.cells = run.grid->size();
   run.parallel = std::make_shared<const Parallel>(threads);
   run.stop = &stop_;
@@ -48,6 +51,27 @@ Expected<Solved> BenchCase::solve(const std::string& cells, unsigned threads, Tr
   solved.cpu_s = cpu_s() - cpu;
   solved.wall_s = wall_s() - wall;
   if (stopped()) return interrupted();
+  return solved;
+}
+
+Expected<Solved> BenchCase::solve(const std::string& cells, unsigned threads, TransferMethod method) const {
+  const Expected<CellsWanted> wanted = cells_wanted(cells);
+  if (!wanted) return wanted.error();
+  SolveOptions options;
+  options.method = method;
+  return solve_on(mesh_, options, *wanted, threads);
+}
+
+Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, TransferMethod method) const {
+  const double cpu = cpu_s(), wall = wall_s();
+  SolveOptions options;
+  options.mesh.target_elements = elements;
+  options.eps = eps;
+  options.method = method;
+  Expected<Solved> solved = solve_on(meshed(*scene_, options.mesh), options, {}, 1);
+  if (!solved) return solved.error();
+  solved->cpu_s = cpu_s() - cpu;
+  solved->wall_s = wall_s() - wall;
   return solved;
 }
 

@@ -9,6 +9,7 @@
 #include "core/base/expected.hpp"
 #include "core/light/solution.hpp"
 #include "core/scene/mesh.hpp"
+#include "core/scene/partition.hpp"
 #include "core/scene/scene.hpp"
 #include "core/tracing/column_source.hpp"
 
@@ -39,6 +40,10 @@ class BenchCase {
   Expected<Solved> solve(const std::string& cells = "1", unsigned threads = 1,
                          TransferMethod method = TransferMethod::rays) const;
 
+  /// The first pass on a mesh of its own, as `--elements N --eps E` make it, in one cell on one thread. What it took counts
+  /// meshing too. @error interrupted
+  Expected<Solved> solve_with(std::uint32_t elements, double eps, TransferMethod method) const;
+
   /// The solution in one cell; computed at the first call. @error as solve()
   Expected<const Solution*> solution() const;
 
@@ -49,6 +54,9 @@ class BenchCase {
                                       Scheduling scheduling = Scheduling::adaptive) const;
 
  private:
+  Expected<Solved> solve_on(std::shared_ptr<const Mesh> mesh, SolveOptions options, const CellsWanted& cells,
+                            unsigned threads) const;
+
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Mesh> mesh_;
   unsigned repeat_;

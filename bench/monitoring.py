@@ -11,7 +11,6 @@ Viewers read on threads of this script and are not counted, as a browser would n
 import argparse
 import json
 import os
-import pathlib
 import signal
 import socket
 import statistics
@@ -21,52 +20,11 @@ import tempfile
 import threading
 import time
 
+from lab import Lab, cpu_s, resident_mib
+
 VIEWERS = 20  # one of them never reads
 KINDS = ("unwatched", "top", "viewers")
 GOALS = {"top": 2.0, "viewers": 3.0}
-
-
-def cpu_s(pid):
-    """User and system time of a process so far."""
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def resident_mib(pid):
-    status = pathlib.Path(f"/proc/{pid}/status").read_text()
-    return int(status.split("VmRSS:")[1].split()[0]) / 1024
-
-
-class Lab:
-    def __init__(self, program, folder):
-        self.program = program
-        # Checkpoints come with the time a job takes, watched or not: there are none, so that what is left is monitoring.
-        self.controller = self.start(["controller", "--port", "0", "--node-port", "0", "--state", folder + "/state",
-                                      "--checkpoint", "3600", "--json"], subprocess.PIPE)
-        ports = json.loads(self.controller.stdout.readline())
-        self.people = ports["people"]
-        self.nodes = [self.start(["node", "--join", f"127.0.0.1:{ports['nodes']}", "--name", name, "--threads", "1",
-                                  "--cache", folder + "/cache"], subprocess.DEVNULL) for name in ("anna", "bert")]
-        while len(self.asked("shell", "-c", "nodes")["nodes"]) < len(self.nodes):
-            time.sleep(0.1)
-
-    def start(self, words, stdout):
-        return subprocess.Popen([self.program, *words], stdout=stdout, stderr=subprocess.DEVNULL)
-
-    def asked(self, *words):
-        answer = subprocess.run([self.program, *words, "--cluster", f"127.0.0.1:{self.people}", "--json"],
-                                stdout=subprocess.PIPE, check=True)
-        return json.loads(answer.stdout)
-
-    def seconds(self):
-        """Of the controller, and of all nodes."""
-        return cpu_s(self.controller.pid), sum(cpu_s(node.pid) for node in self.nodes)
-
-    def stop(self):
-        for process in [*self.nodes, self.controller]:
-            process.send_signal(signal.SIGTERM)
-        for process in [*self.nodes, self.controller]:
-            process.wait()
 
 
 class Viewer(threading.Thread):

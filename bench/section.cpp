@@ -19,13 +19,20 @@ std::string shown(double value, const std::string& unit) {
   return text;
 }
 
+/// The value at a key with slashes. Not a JSON pointer: that makes an array of a scene named 0.
+nlohmann::json& place(nlohmann::json& document, const std::string& key) {
+  const std::size_t slash = key.find('/');
+  nlohmann::json& value = document[key.substr(0, slash)];
+  return slash == std::string::npos ? value : place(value, key.substr(slash + 1));
+}
+
 }  // namespace
 
 nlohmann::json json(const Section& section) {
   nlohmann::json document = nlohmann::json::object();
   nlohmann::json goals = nlohmann::json::object();
   for (const Figure& figure : section.figures) {
-    document[nlohmann::json::json_pointer("/" + figure.key)] = figure.value;
+    place(document, figure.key) = figure.value;
     if (!figure.goal) continue;
     const char* bound = figure.goal->bound == Goal::Bound::least ? "least" : "most";
     goals[figure.key] = {{bound, figure.goal->value}, {"met", figure.goal->met(figure.value)}};

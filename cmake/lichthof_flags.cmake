@@ -15,6 +15,8 @@ if(LICHTHOF_WERROR)
   target_compile_options(lichthof_flags INTERFACE -Werror)
 endif()
 if(LICHTHOF_SANITIZE)
+  # g++ 12 takes members of variants for uninitialised once sanitizers have split its functions.
+  target_compile_options(lichthof_flags INTERFACE -Wno-error=maybe-uninitialized)
   list(JOIN LICHTHOF_SANITIZE "," sanitizers)
   target_compile_options(lichthof_flags INTERFACE -fsanitize=${sanitizers} -fno-omit-frame-pointer)
   target_link_options(lichthof_flags INTERFACE -fsanitize=${sanitizers})

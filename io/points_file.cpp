@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <string_view>
 
 #include "core/base/check.hpp"
@@ -18,6 +19,7 @@ namespace {
 constexpr std::uint64_t largest_file = 2ull << 30;
 constexpr double lumens_per_watt = 179;
 constexpr std::array<std::string_view, 6> column_names = {"x", "y", "z", "nx", "ny", "nz"};
+constexpr std::array<std::string_view, 3> irradiance_names = {"Er", "Eg", "Eb"}, error_names = {"Sr", "Sg", "Sb"};
 
 /// Cells of a row, without the blanks and quotes around them. No cell of ours holds a comma.
 std::vector<std::string_view> cells_of(std::string_view row) {
@@ -43,6 +45,30 @@ Expected<std::array<std::size_t, 6>> columns_of(const std::string& path, std::ui
     columns[i] = static_cast<std::size_t>(cell - cells.begin());
   }
   return columns;
+}
+
+/// Where three columns stand in a header. @returns none unless all of them are there
+std::optional<std::array<std::size_t, 3>> triple_of(std::string_view header,
+                                                    const std::array<std::string_view, 3>& names) {
+  const std::vector<std::string_view> cells = cells_of(header);
+  std::array<std::size_t, 3> columns{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto cell = std::find(cells.begin(), cells.end(), names[i]);
+    if (cell == cells.end()) return std::nullopt;
+    columns[i] = static_cast<std::size_t>(cell - cells.begin());
+  }
+  return columns;
+}
+
+/// @returns false unless three numbers ≥ 0 stand there
+bool read_triple(std::string_view row, const std::array<std::size_t, 3>& columns, Rgb& value) {
+  const std::vector<std::string_view> cells = cells_of(row);
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t at = columns[static_cast<std::size_t>(i)];
+    if (at >= cells.size() || !parse_number(cells[at], value[i]) || !std::isfinite(value[i]) || value[i] < 0)
+      return false;
+  }
+  return true;
 }
 
 Status write_columns(const std::string& path, const SensorPoints& points, const char* names,
@@ -107,6 +133,46 @@ Status write_illuminance(const std::string& path, const SensorPoints& points, st
   return write_columns(path, points, "lux", [irradiance](std::size_t i) {
     char text[48];
     std::snprintf(text, sizeof text, ",%.9g", lumens_per_watt * luminance(irradiance[i]));
+    return std::string(text);
+  });
+}
+
+Expected<PointEstimates> read_estimates(const std::string& path, const FileFrame& frame) {
+  const Expected<SensorPoints> points = read_points(path, frame);
+  if (!points) return points.error();
+  const auto means = triple_of(points->header, irradiance_names), errors = triple_of(points->header, error_names);
+  if (!means) return bad_input(path, "the header has no columns Er,Eg,Eb: irradiance at the points was expected");
+  if (points->rows.empty()) return bad_input(path, "has no rows; points with their irradiance were expected");
+  PointEstimates estimates;
+  for (std::size_t i = 0; i < points->rows.size(); ++i) {
+    Estimate estimate;
+    if (!read_triple(points->rows[i], *means, estimate.mean) ||
+        (errors && !read_triple(points->rows[i], *errors, estimate.standard_error)))
+      return bad_input(path, "row " + std::to_string(i + 1) +
+                                 ": irradiance and its standard error are numbers from 0, found " +
+                                 in_quotes(points->rows[i]));
+    estimates.points.push_back({points->positions[i], points->normals[i]});
+    estimates.irradiance.push_back(estimate);
+  }
+  return estimates;
+}
+
+Status write_estimates(const std::string& path, const PointEstimates& estimates, const FileFrame& frame) {
+  MUST(estimates.points.size() == estimates.irradiance.size());
+  FileFrame turned = frame;
+  turned.metres_per_unit = 1;
+  SensorPoints points;
+  points.header = "x,y,z,nx,ny,nz";
+  for (const SensorPoint& sensor : estimates.points) {
+    const Vec3 p = frame.point_to_file(sensor.point), n = turned.point_to_file(sensor.normal);
+    char text[160];
+    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", p.x, p.y, p.z, n.x, n.y, n.z);
+    points.rows.emplace_back(text);
+  }
+  return write_columns(path, points, "Er,Eg,Eb,Sr,Sg,Sb", [&](std::size_t i) {
+    const Rgb &e = estimates.irradiance[i].mean, &s = estimates.irradiance[i].standard_error;
+    char text[160];
+    std::snprintf(text, sizeof text, ",%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", e.x, e.y, e.z, s.x, s.y, s.z);
     return std::string(text);
   });
 }

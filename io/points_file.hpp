@@ -8,6 +8,7 @@
 #include "core/base/expected.hpp"
 #include "core/base/types.hpp"
 #include "core/scene/scene.hpp"
+#include "core/tracing/path_tracer.hpp"
 
 namespace lichthof::io {
 
@@ -31,5 +32,19 @@ Status write_irradiance(const std::string& path, const SensorPoints& points, std
 
 /// The same with one column `lux`: 179 lm/W on the CIE Y of the irradiance.
 Status write_illuminance(const std::string& path, const SensorPoints& points, std::span<const Rgb> irradiance);
+
+/// Irradiance at points, with standard errors, as `bench error --reference` keeps it.
+struct PointEstimates {
+  std::vector<SensorPoint> points;
+  std::vector<Estimate> irradiance;  ///< one per point, W/m²
+};
+
+/// Reads points and, in columns Er, Eg, Eb, the irradiance there: what write_irradiance() and write_estimates() leave. Standard
+/// errors stand in Sr, Sg, Sb; without these columns they are 0.
+/// @error bad_input as above; there are no rows; irradiance that is no finite number ≥ 0
+Expected<PointEstimates> read_estimates(const std::string& path, const FileFrame& frame);
+
+/// Writes the columns x,y,z,nx,ny,nz,Er,Eg,Eb,Sr,Sg,Sb (%.9g). @error io; nothing half-written stays behind
+Status write_estimates(const std::string& path, const PointEstimates& estimates, const FileFrame& frame);
 
 }  // namespace lichthof::io

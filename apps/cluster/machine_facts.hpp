@@ -6,7 +6,7 @@
 
 namespace lichthof::apps {
 
-/// Of one core: packets of shadow rays in a furnished room. @cost 0.1 s
+/// Of one core: packets of shadow rays in a furnished room. @cost 0.03 s
 double measured_rays_per_s();
 /// Of the machine, or of the narrowest control group around this process.
 std::uint64_t total_memory_bytes();

@@ -27,7 +27,7 @@ Status picture_fits(const PictureOptions& options, Method method) {
   };
   if (!options.solution.empty() && !has_first_pass(method))
     return is_refused("--solution", " has no first pass to keep");
-  if (options.gather_rays > 0 && method != Method::two_pass && method != Method::hemicube)
+  if (options.gather_rays.value_or(0) > 0 && method != Method::two_pass && method != Method::hemicube)
     return is_refused("--gather", " gathers nothing");
   return Done{};
 }

@@ -15,7 +15,7 @@ struct PictureOptions {
   std::string size = "640x480";
   std::uint32_t width = 640, height = 480;  ///< the same
   std::optional<std::uint32_t> samples;
-  std::uint32_t gather_rays = 0;
+  std::optional<std::uint32_t> gather_rays;  ///< unset: none
   std::optional<double> exposure_ev;  ///< of a .png
   std::string solution;               ///< file to keep the first pass in; empty: none
   Scheduling scheduling = Scheduling::adaptive;

@@ -79,7 +79,7 @@ nlohmann::json json(const RunRecord& record) {
       {"shots", record.counters.shots},
       {"rays", record.counters.rays + record.traced_rays},
       {"seconds",
-       {{"load", s.load}, {"mesh", s.mesh}, {"radiosity", s.radiosity}, {"rays", s.rays}, {"total", s.total}}},
+       {{"load", s.load}, {"mesh", s.mesh}, {"radiosity", s.radiosity}, {"check", s.check}, {"rays", s.rays}, {"total", s.total}}},
       {"energy", energy_json(record)},
       {"error_estimate", nullptr},
       {"bytes_sent", record.counters.bytes_sent},
@@ -112,9 +112,11 @@ std::vector<std::string> summary(const RunRecord& record, const std::string& don
   } else {
     lines.push_back(grouped(record.traced_rays) + " rays");
   }
+  lines.insert(lines.end(), record.lines.begin(), record.lines.end());
   const RunRecord::Seconds& s = record.seconds;
   lines.push_back(shown("%.2f s", s.total) + shown(" (load %.2f,", s.load) + shown(" mesh %.2f,", s.mesh) +
-                  shown(" radiosity %.2f,", s.radiosity) + shown(" rays %.2f)", s.rays) + " on " +
+                  shown(" radiosity %.2f,", s.radiosity) + (s.check > 0 ? shown(" check %.2f,", s.check) : "") +
+                  shown(" rays %.2f)", s.rays) + " on " +
                   std::to_string(record.threads) + (record.threads == 1 ? " thread" : " threads") +
                   shown(", %.0f MB", static_cast<double>(peak_memory_bytes()) / 1e6));
   return lines;

@@ -41,9 +41,10 @@ struct RunRecord {
 
   std::uint64_t traced_rays = 0;  ///< of the second pass, or at sensor points
   struct Seconds {
-    double load = 0, mesh = 0, radiosity = 0, rays = 0, total = 0;
+    double load = 0, mesh = 0, radiosity = 0, check = 0, rays = 0, total = 0;
   } seconds;
   nlohmann::json more = nlohmann::json::object();  ///< what only this command knows
+  std::vector<std::string> lines;                  ///< and that in words
 };
 
 /// The document that --json prints.

@@ -173,9 +173,10 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
     ShotPatch& out = shot.patches[k];
     const std::span<const Vec2> corners = mesh.polygon(patch.polygon);
     out.corners.assign(corners.begin(), corners.end());
-    out.columns = patch.columns, out.rows = patch.rows;
+    out.columns = static_cast<std::uint8_t>(shooting_columns(patch));
+    out.rows = static_cast<std::uint8_t>(shooting_rows(patch));
     out.lo = patch.lo, out.hi = patch.hi;
-    out.delta.assign(std::size_t{patch.columns} * patch.rows, Rgbf{0.f});
+    out.delta.assign(std::size_t{out.columns} * out.rows, Rgbf{0.f});
     out.area.assign(out.delta.size(), 0.f);
     out.openness.assign(out.delta.size(), 0.f);
   }

@@ -16,13 +16,13 @@
 
 namespace lichthof {
 
-/// One shooting patch inside a shot: its polygon and what each element distributes.
+/// One shooting patch inside a shot: its polygon and what each of its places distributes.
 struct ShotPatch {
   std::vector<Vec2> corners;          ///< plane coordinates of Shot (m)
-  std::uint8_t columns = 1, rows = 1; ///< element grid over the bounding rectangle lo..hi
+  std::uint8_t columns = 1, rows = 1; ///< places on the bounding rectangle lo..hi
   Vec2 lo, hi;
   std::vector<Rgbf> delta;            ///< unshot radiosity per grid place, column fastest (W/m²), signed
-  std::vector<float> area;            ///< of the element at each grid place (m²), 0 where the polygon leaves none
+  std::vector<float> area;            ///< at each place (m²), 0 where the polygon leaves none
   std::vector<float> openness;        ///< likewise, in [0, 1]: what stands for the patch is where it is open (core/light/openness)
   Rgbf reflected{0.f};                ///< area mean of delta without emission; delta mean = reflected + emitted
   Rgbf emitted{0.f};                  ///< own emission in this shot (W/m²): what makes it direct light

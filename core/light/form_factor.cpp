@@ -45,10 +45,14 @@ double form_factor(const Vec3& point, const Vec3& normal, std::span<const Vec3> 
   const Vec3 shooter_normal = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
   if (glm::dot(shooter_normal, point - corners[0]) <= 0) return 0.0;
 
+  return form_factor_at_origin(normal, {part.corner.data(), part.count});
+}
+
+double form_factor_at_origin(const Vec3& normal, std::span<const Vec3> corners) {
   double sum = 0.0;
-  for (std::size_t k = 0; k < part.count; ++k) {
-    const Vec3& a = part.corner[k];
-    const Vec3& b = part.corner[(k + 1) % part.count];
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3& a = corners[k];
+    const Vec3& b = corners[k + 1 < corners.size() ? k + 1 : 0];
     // b × a written with the edge b - a: no cancellation when the polygon is small and far.
     const Vec3 across = glm::cross(b - a, a);
     const double sine = glm::length(across);

@@ -21,6 +21,10 @@ namespace lichthof {
 /// @source         [Baum89], the point-to-polygon closed form; paper §2, "form factors are evaluated analytically"
 double form_factor(const Vec3& point, const Vec3& normal, std::span<const Vec3> corners);
 
+/// The same for a receiver point at the origin and a polygon, of its front alone, that lies above the horizon altogether.
+/// @pre nothing is clipped and nothing checked; at most the polygon's edges lie on the horizon
+double form_factor_at_origin(const Vec3& normal, std::span<const Vec3> corners);
+
 /// Mean of the corners of the polygon's part above the horizon of (point, normal): a point of it that the receiver can
 /// really see, where a shadow ray may aim. @returns false when nothing is above
 bool visible_point(const Vec3& point, const Vec3& normal, std::span<const Vec3> corners, Vec3& target);

@@ -168,14 +168,15 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
     PatchLight& light = patches[p];
     const PatchPlace& where = tree_.patches[p];
     const Patch& patch = mesh_.patches[where.mesh_patch];
-    ClusterLight& lanes = clusters[where.cluster];
     ShotPatch& out = shot.patches[p - place.first_patch];
 
     const Rgb emitted = light.exitance - light.emission_shot;
     const Rgb ahead = light.reflectance * expected_.irradiance(light.received_w / light.area);
+    const bool is_refined = patch.fineness > 1;  // several elements share a place
     Rgb sum_w{0.0}, received_w{0.0};
     for (std::uint32_t k = 0; k < patch.element_count; ++k) {
-      const std::uint32_t lane = where.first_lane + k;
+      const auto [cluster, lane] = where.lane_of(k);
+      ClusterLight& lanes = clusters[cluster];
       const Element& element = mesh_.elements[patch.first_element + k];
       Rgbf delta;
       for (int c = 0; c < 3; ++c) {
@@ -186,12 +187,15 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
         lanes.shot[c][lane] = before + delta[c];
         received_w[c] += lanes.irradiance(c, lane) * element.area;
       }
-      const std::size_t grid_place = std::size_t{element.row} * patch.columns + element.column;
-      out.delta[grid_place] = delta;
-      out.area[grid_place] = element.area;
-      out.openness[grid_place] = tree_.clusters[where.cluster].openness[lane];
+      const std::size_t grid_place = shooting_place(patch, element);
+      const float weight = is_refined ? element.area : 1.f;
+      out.delta[grid_place] += weight * delta;
+      out.area[grid_place] += element.area;
+      out.openness[grid_place] += weight * tree_.clusters[cluster].openness[lane];
       sum_w += Rgb{delta} * static_cast<double>(element.area);
     }
+    for (std::size_t k = 0; is_refined && k < out.area.size(); ++k)
+      if (out.area[k] > 0) out.delta[k] /= out.area[k], out.openness[k] /= out.area[k];
     light.shot_w += sum_w;
     light.received_w = received_w;  // as the elements hold it
     light.emission_shot = light.exitance;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/check.hpp"
+#include "core/base/ties.hpp"
 
 namespace lichthof {
 
@@ -25,7 +26,8 @@ std::uint64_t morton_code(const Vec3& point, const Box& box, int bits) {
   std::uint32_t cell[3];
   for (int axis = 0; axis < 3; ++axis) {
     const double size = std::max(box.size()[axis], 1e-300);
-    cell[axis] = static_cast<std::uint32_t>(std::clamp((point[axis] - box.lo[axis]) / size, 0.0, 1.0) * ((1u << bits) - 1));
+    const double place = std::clamp((point[axis] - box.lo[axis]) / size, 0.0, 1.0) * ((1u << bits) - 1);
+    cell[axis] = static_cast<std::uint32_t>(place + tie_share);  // a whole number is not made less by rounding
   }
   for (int bit = bits - 1; bit >= 0; --bit)
     for (const std::uint32_t c : cell) code = code << 1 | ((c >> bit) & 1);
@@ -72,7 +74,9 @@ class Builder {
         small.push_back(id);
         continue;
       }
-      Bundle bundle{{id}, {}, {}, false, group.patch_count};
+      Bundle bundle{{id}, {}, {}, false, 0};
+      for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
+        bundle.clusters += (mesh_.patches[p].element_count + 15) / 16;
       finish(bundle);
       bundles.push_back(std::move(bundle));
     }
@@ -98,7 +102,7 @@ class Builder {
       const Vec3& n = mesh_.planes[group.plane.value].normal;
       int facing = 0;
       for (int axis = 1; axis < 3; ++axis)
-        if (std::abs(n[axis]) > std::abs(n[facing])) facing = axis;
+        if (exceeds(std::abs(n[axis]), std::abs(n[facing]))) facing = axis;
       facing = 2 * facing + (n[facing] > 0);
       keyed.push_back({morton_code(group.centre, cube, coarse_bits), facing, morton_code(group.centre, cube, 20), id});
     }
@@ -134,11 +138,13 @@ class Builder {
     } else {
       int axis = 0;
       for (int a = 1; a < 3; ++a)
-        if (centres.size()[a] > centres.size()[axis]) axis = a;
+        if (exceeds(centres.size()[a], centres.size()[axis])) axis = a;
+      const double step = 10 * tie_share * std::max(centres.size()[axis], 1e-300);
+      const auto place = [&](const Bundle& bundle) { return step_of(bundle.centre[axis] - centres.lo[axis], step); };
       const std::size_t middle = first + (last - first) / 2;
       std::nth_element(bundles.begin() + static_cast<std::ptrdiff_t>(first), bundles.begin() + static_cast<std::ptrdiff_t>(middle),
-                       bundles.begin() + static_cast<std::ptrdiff_t>(last), [axis](const Bundle& a, const Bundle& b) {
-                         return std::tie(a.centre[axis], a.groups[0]) < std::tie(b.centre[axis], b.groups[0]);
+                       bundles.begin() + static_cast<std::ptrdiff_t>(last), [&](const Bundle& a, const Bundle& b) {
+                         return std::pair(place(a), a.groups[0]) < std::pair(place(b), b.groups[0]);
                        });
       add_node(bundles, first, middle);
       right = add_node(bundles, middle, last);
@@ -186,11 +192,17 @@ class Builder {
   void add_patch(std::uint32_t mesh_patch, std::uint32_t& lane) {
     const Patch& patch = mesh_.patches[mesh_patch];
     const Plane& plane = mesh_.planes[patch.plane.value];
-    Cluster& cluster = tree_.clusters.back();
     tree_.patches.push_back({mesh_patch, static_cast<std::uint32_t>(tree_.clusters.size()) - 1, lane});
-    const auto local_patch = static_cast<std::uint16_t>(tree_.patches.size() - 1 - cluster.first_patch);
-    MUST(lane + patch.element_count <= 16);
+    const auto place = static_cast<std::uint32_t>(tree_.patches.size()) - 1;
+    MUST(lane == 0 || lane + patch.element_count <= 16);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e, ++lane) {
+      if (lane == 16) {
+        tree_.clusters.emplace_back();
+        tree_.clusters.back().first_patch = place;
+        lane = 0;
+      }
+      Cluster& cluster = tree_.clusters.back();
+      const auto local_patch = static_cast<std::uint16_t>(place - cluster.first_patch);
       const Vec3 point = plane.point(mesh_.elements[e].centre) - origin_;
       Receivers16& r = cluster.points;
       r.x[lane] = static_cast<float>(point.x), r.y[lane] = static_cast<float>(point.y), r.z[lane] = static_cast<float>(point.z);

@@ -1,6 +1,7 @@
 /// The receivers of a cell, packed for vectors and rays: clusters of up to 16 elements under a bounding-volume tree.
 ///
-/// Full patches are a cluster of their own; patches of few elements share one with their neighbours. A group is never
+/// Full patches are a cluster of their own, or several where they are refined; patches of few elements share one with their
+/// neighbours. A group is never
 /// divided between two items, and an item never between two islands, so a task that owns an island owns its groups.
 #pragma once
 
@@ -43,8 +44,13 @@ struct ReceiverNode {
 
 struct PatchPlace {
   std::uint32_t mesh_patch = 0;      ///< index into Mesh::patches
-  std::uint32_t cluster = 0;
-  std::uint32_t first_lane = 0;
+  std::uint32_t first_cluster = 0;   ///< and as many more as its elements need
+  std::uint32_t first_lane = 0;      ///< in the first
+  struct Lane {
+    std::uint32_t cluster, lane;
+  };
+  /// Where element k of the patch is.
+  Lane lane_of(std::uint32_t k) const { return {first_cluster + (first_lane + k) / 16, (first_lane + k) % 16}; }
 };
 
 struct GroupPlace {

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/base/check.hpp"
+#include "core/base/ties.hpp"
 
 namespace lichthof {
 
@@ -90,16 +91,18 @@ std::vector<double> block_lines(const Scene& scene, const Box& box, int axis, do
     else
       merged.push_back(edge);
   }
-  std::stable_sort(merged.begin(), merged.end(), [](const auto& a, const auto& b) { return a.length > b.length; });
+  // Edges of one length in the order of their places: rounding does not choose.
+  const auto steps = [&](const Candidate& edge) { return step_of(edge.length, tolerance); };
+  std::stable_sort(merged.begin(), merged.end(), [&](const auto& a, const auto& b) { return steps(a) > steps(b); });
 
   // An edge earns a line of its own when it is at least as long as a block, and no other line is near.
   std::vector<double> fixed{lo, hi};
   for (const Candidate& candidate : merged) {
-    if (candidate.length < 2 * block) break;
+    if (candidate.length < 2 * block - tolerance) break;
     const auto next = std::lower_bound(fixed.begin(), fixed.end(), candidate.coordinate);
     const double gap_above = next == fixed.end() ? 1e300 : *next - candidate.coordinate;
     const double gap_below = next == fixed.begin() ? 1e300 : candidate.coordinate - *(next - 1);
-    if (std::min(gap_above, gap_below) >= 0.4 * block) fixed.insert(next, candidate.coordinate);
+    if (std::min(gap_above, gap_below) >= 0.4 * block - tolerance) fixed.insert(next, candidate.coordinate);
   }
   std::vector<double> lines;
   for (std::size_t i = 0; i + 1 < fixed.size(); ++i) {
@@ -224,7 +227,7 @@ class Cutter {
   std::vector<Polygon> halves(const Polygon& polygon, const Vec3& normal, const std::array<std::uint16_t, 3>& block) const {
     int flat_axis = 0;
     for (int axis = 1; axis < 3; ++axis)
-      if (std::abs(normal[axis]) > std::abs(normal[flat_axis])) flat_axis = axis;
+      if (exceeds(std::abs(normal[axis]), std::abs(normal[flat_axis]))) flat_axis = axis;
     const double patch = mesh_.options.patch_size;
     std::vector<Polygon> pieces{polygon};
     for (int axis = 0; axis < 3; ++axis) {
@@ -267,8 +270,15 @@ class Cutter {
     choose_grid(patch);
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
     add_elements(patch);
+    if (mesh_.elements.size() == patch.first_element) return;
+    if (const std::uint8_t fineness = fineness_of(mesh_.patches.size()); fineness > 1) {
+      mesh_.elements.resize(patch.first_element);
+      patch.fineness = fineness;
+      patch.columns = static_cast<std::uint8_t>(patch.columns * fineness);
+      patch.rows = static_cast<std::uint8_t>(patch.rows * fineness);
+      add_elements(patch);
+    }
     patch.element_count = static_cast<std::uint32_t>(mesh_.elements.size()) - patch.first_element;
-    if (patch.element_count == 0) return;
     patch.reflectance = mean_reflectance(patch, plane, surface);
     if (!patch.back) patch.exitance = std::numbers::pi * scene_.material_of(surface).radiance;
     mesh_.patches.push_back(patch);
@@ -283,7 +293,7 @@ class Cutter {
     };
     int columns = wanted(size.x), rows = wanted(size.y);
     while (columns * rows > 16) {
-      if (rows == 1 || (columns > 1 && size.x / columns < size.y / rows))
+      if (rows == 1 || (columns > 1 && exceeds(size.y / rows, size.x / columns)))
         --columns;
       else
         --rows;
@@ -300,15 +310,29 @@ class Cutter {
     for (const auto& grid : grids) {
       const double ratio = (size.x / grid[0]) / (size.y / grid[1]);
       const double elongation = std::max(ratio, 1 / ratio);
-      if (elongation < best) best = elongation, columns = grid[0], rows = grid[1];
+      if (exceeds(best, elongation)) best = elongation, columns = grid[0], rows = grid[1];
     }
   }
 
+  std::uint8_t fineness_of(std::size_t patch) const {
+    return patch < mesh_.fineness.size() ? mesh_.fineness[patch] : std::uint8_t{1};
+  }
+
+  /// In the order of 4x4 tiles, so that sixteen in a row are neighbours: they become one vector of receivers.
   void add_elements(const Patch& patch) {
+    constexpr std::uint8_t tile = 4;
+    const bool is_tiled = patch.fineness > 1;
+    const std::uint8_t high = is_tiled ? tile : patch.rows, wide = is_tiled ? tile : patch.columns;
+    for (std::uint8_t top = 0; top < patch.rows; top = static_cast<std::uint8_t>(top + high))
+      for (std::uint8_t left = 0; left < patch.columns; left = static_cast<std::uint8_t>(left + wide))
+        add_elements(patch, left, std::min<int>(left + wide, patch.columns), top, std::min<int>(top + high, patch.rows));
+  }
+
+  void add_elements(const Patch& patch, int left, int right, int top, int bottom) {
     const std::span<const Vec2> polygon = mesh_.polygon(patch.polygon);
     const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
-    for (std::uint8_t row = 0; row < patch.rows; ++row)
-      for (std::uint8_t column = 0; column < patch.columns; ++column) {
+    for (auto row = static_cast<std::uint8_t>(top); row < bottom; ++row)
+      for (auto column = static_cast<std::uint8_t>(left); column < right; ++column) {
         const Vec2 lo = patch.lo + step * Vec2{column, row}, hi = lo + step;
         Polygon2 piece(polygon.begin(), polygon.end());
         const double slack = 1e-9 * (step.x + step.y);
@@ -354,12 +378,14 @@ double lit_area(const Scene& scene, std::span<const LitSides> lit) {
 
 }  // namespace
 
-Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit) {
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
+             std::span<const std::uint8_t> fineness) {
   MUST(!scene.surfaces.empty());
   MUST(lit.empty() || lit.size() == scene.surfaces.size());
   Mesh mesh;
   mesh.options = options;
   mesh.lit_sides.assign(lit.begin(), lit.end());
+  mesh.fineness.assign(fineness.begin(), fineness.end());
   const Box box = bounds(scene);
   const double extent = std::max({box.size().x, box.size().y, box.size().z});
   if (mesh.options.patch_size <= 0) {

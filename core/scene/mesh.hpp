@@ -3,7 +3,9 @@
 /// A *group* is the piece of one surface side inside one block of the grid; cells are unions of blocks, so a group lies in
 /// exactly one cell whatever the topology (§2: "the same mesh can be used with different cell topologies"). A group holds
 /// up to 2x2 patches; it shoots as one towards receivers far away. A *patch* shoots; it is a group cut along the middle
-/// lines of its block. *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon.
+/// lines of its block. *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon. Where
+/// the light asks for it (core/light/refinement) each of them is divided into 2x2, 4x4 or 8x8: the patch receives in more
+/// places, and shoots from its 16 as before, so that fine receivers cost no finer shooters.
 /// Group, patch and element are all convex polygons of one plane.
 #pragma once
 
@@ -55,7 +57,8 @@ struct Patch {
   PlaneId plane;
   SurfaceId surface;
   bool back = false;
-  std::uint8_t columns = 1, rows = 1;    ///< of elements; columns * rows ≤ 16
+  std::uint8_t columns = 1, rows = 1;    ///< of elements
+  std::uint8_t fineness = 1;             ///< 1, 2, 4 or 8: elements on each side of a place; places shoot, 16 at most
   std::uint32_t first_element = 0;
   std::uint32_t element_count = 0;       ///< ≤ columns * rows; empty ones are left out
   CornerRange polygon;
@@ -72,6 +75,13 @@ struct Element {
   float area = 0;       ///< m²
   std::uint8_t column = 0, row = 0;
 };
+
+/// Places of the grid a patch shoots from.
+inline std::uint32_t shooting_columns(const Patch& patch) { return static_cast<std::uint32_t>(patch.columns / patch.fineness); }
+inline std::uint32_t shooting_rows(const Patch& patch) { return static_cast<std::uint32_t>(patch.rows / patch.fineness); }
+inline std::size_t shooting_place(const Patch& patch, const Element& element) {
+  return std::size_t{element.row} / patch.fineness * shooting_columns(patch) + element.column / patch.fineness;
+}
 
 struct MeshOptions {
   double patch_size = 0;    ///< m; 0: chosen from the scene's area so that about `target_elements` arise
@@ -94,7 +104,9 @@ struct Mesh {
   std::vector<Element> elements;                ///< those of a patch are contiguous
   std::vector<Vec2> corners;                    ///< pool of all polygons
   std::vector<std::uint8_t> group_is_lit;       ///< 0: dormant, light can not get there
-  std::vector<LitSides> lit_sides;              ///< as given to mesh_of(); the mesh follows from it, the scene and `options`
+  // What mesh_of() was given: the mesh follows from these, the scene and `options`.
+  std::vector<LitSides> lit_sides;
+  std::vector<std::uint8_t> fineness;           ///< per patch; empty: 1 everywhere
 
   std::span<const Vec2> polygon(const CornerRange& range) const { return {corners.data() + range.first, range.count}; }
   /// Rectangle of an element in plane coordinates, before clipping to the patch.
@@ -107,8 +119,10 @@ struct Mesh {
 
 /// Cuts a scene. Glass gets no patches: light passes it.
 /// @param lit  one entry per surface, or empty for "everything may be lit"
+/// @param fineness  one entry per patch of the mesh without it (the patches are the same), or empty for 1 everywhere
 /// @cost  O(patches), about 1 µs each
 /// @source paper §2 (grids projected onto every surface)
-Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit);
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
+             std::span<const std::uint8_t> fineness = {});
 
 }  // namespace lichthof

@@ -5,6 +5,18 @@
 
 namespace lichthof {
 
+Vec3 random_place(std::span<const Vec3> corners, double area, Random& random) {
+  double pick = random.unit() * area;
+  const double s = std::sqrt(random.unit()), t = random.unit();
+  for (std::size_t k = 2; k + 1 < corners.size(); ++k) {
+    const double piece = 0.5 * glm::length(glm::cross(corners[k - 1] - corners[0], corners[k] - corners[0]));
+    if (pick <= piece) return corners[0] + s * ((1 - t) * (corners[k - 1] - corners[0]) + t * (corners[k] - corners[0]));
+    pick -= piece;
+  }
+  const std::size_t last = corners.size() - 1;
+  return corners[0] + s * ((1 - t) * (corners[last - 1] - corners[0]) + t * (corners[last] - corners[0]));
+}
+
 Vec3 newell_vector(std::span<const Vec3> corners) {
   // Relative to the first corner, so that polygons far from the origin lose no digits.
   Vec3 sum{0.0};

@@ -4,12 +4,16 @@
 #include <span>
 #include <vector>
 
+#include "core/base/random.hpp"
 #include "core/base/types.hpp"
 
 namespace lichthof {
 
 using Polygon = std::vector<Vec3>;
 using Polygon2 = std::vector<Vec2>;
+
+/// A uniformly random place in a convex polygon. @param area  of it (m²)
+Vec3 random_place(std::span<const Vec3> corners, double area, Random& random);
 
 /// Newell's vector: normal times twice the area (m²); robust for concave and slightly non-planar polygons.
 /// @source [Sutherland74], Newell's method

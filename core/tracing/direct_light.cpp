@@ -193,19 +193,6 @@ int DirectLight::level_for(const Candidate& candidate, double share, const Direc
   return level;
 }
 
-Vec3 DirectLight::place_in(const Part& part, Random& random) const {
-  const std::span<const Vec3> polygon = corners(part);
-  double pick = random.unit() * part.area;
-  const double s = std::sqrt(random.unit()), t = random.unit();
-  for (std::size_t k = 2; k < polygon.size(); ++k) {
-    const Vec3 a = polygon[k - 1] - polygon[0], b = polygon[k] - polygon[0];
-    const double piece = 0.5 * glm::length(glm::cross(a, b));
-    if (pick <= piece || k + 1 == polygon.size()) return polygon[0] + s * ((1 - t) * a + t * b);
-    pick -= piece;
-  }
-  return part.centre;
-}
-
 Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectOptions& options,
                             std::uint64_t& rays) const {
   // Which luminaires could matter, strongest first.
@@ -253,7 +240,7 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
                      ? form_factor(point, normal, corners(part))
                      : height * -glm::dot(luminaire.normal, way) * part.area / (std::numbers::pi * d2 * d2);
         if (!(weight > 0)) continue;
-        if (options.seed) target = place_in(part, random);
+        if (options.seed) target = random_place(corners(part), part.area, random);
       }
       seen[i].whole += weight;
       shadow.add(target + target_lift, weight, seen[i].visible);
@@ -285,7 +272,8 @@ DirectLight::Sample DirectLight::sample(Random& random) const {
   const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), pick) - cumulative_.begin();
   const auto index = std::min(static_cast<std::size_t>(found), luminaires_.size() - 1);
   const Luminaire& luminaire = luminaires_[index];
-  return {place_in(parts_[luminaire.first_part[0]], random), luminaire.normal, luminaire.radiance,
+  const Part& whole = parts_[luminaire.first_part[0]];
+  return {random_place(corners(whole), whole.area, random), luminaire.normal, luminaire.radiance,
           density_of_surface_[luminaire.surface]};
 }
 

@@ -86,7 +86,6 @@ class DirectLight {
   }
   bool candidate(std::uint32_t luminaire, const Vec3& point, const Vec3& normal, Candidate& out) const;
   int level_for(const Candidate& candidate, double share, const DirectOptions& options) const;
-  Vec3 place_in(const Part& part, Random& random) const;
 
   std::shared_ptr<const TraceScene> scene_;
   std::vector<Luminaire> luminaires_;

@@ -39,11 +39,11 @@ FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mes
     grid.inverse_step = 1.0 / grid.step;
     grid.columns = patch.columns, grid.rows = patch.rows;
     grid.surface = patch.surface.value, grid.back = patch.back;
-    grid.element.fill(none);
+    grid.first = static_cast<std::uint32_t>(places_.size());
+    places_.resize(places_.size() + std::size_t{patch.columns} * patch.rows, none);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
       const Element& element = mesh_->elements[e];
-      MUST(element.row * patch.columns + element.column < 16);
-      grid.element[element.row * patch.columns + element.column] = e;
+      places_[grid.first + std::uint32_t{element.row} * patch.columns + element.column] = e;
       patch_of_[e] = p;
       share_[e] = static_cast<float>(std::clamp(element.area / (grid.step.x * grid.step.y), 1e-6, 1.0));
     }
@@ -155,7 +155,7 @@ void FieldGeometry::find(SurfaceId surface, bool back, const Vec3& point, Neighb
     for (int corner = 0; corner < 4; ++corner) {
       const int c = column + (corner & 1), r = row + (corner >> 1);
       if (c < 0 || r < 0 || c >= grid.columns || r >= grid.rows) continue;
-      const std::uint32_t element = grid.element[static_cast<std::size_t>(r * grid.columns + c)];
+      const std::uint32_t element = at(grid, c, r);
       const double weight = (corner & 1 ? fx : 1 - fx) * (corner >> 1 ? fy : 1 - fy);
       if (element == none || weight <= 0 || found.count == found.items.size()) continue;
       if (separated(bins, bin, found.at, centre(element))) continue;
@@ -169,7 +169,7 @@ void FieldGeometry::nearest_visible(const PlaneBins& bins, std::uint32_t bin, Ne
   double best = 1e300, best_any = 1e300;
   std::uint32_t chosen = none, any = none;
   for (std::uint32_t k = bin_first_[bin]; k < bin_first_[bin + 1]; ++k)
-    for (const std::uint32_t element : grids_[bin_patches_[k]].element) {
+    for (const std::uint32_t element : elements_of(grids_[bin_patches_[k]])) {
       if (element == none) continue;
       const Vec2 d = centre(element) - found.at;
       const double distance = glm::dot(d, d);
@@ -195,10 +195,10 @@ std::optional<std::uint32_t> FieldGeometry::element_at(SurfaceId surface, bool b
     if (place.x < -1e-6 || place.y < -1e-6 || place.x > grid.columns + 1e-6 || place.y > grid.rows + 1e-6) continue;
     const int column = std::clamp(static_cast<int>(place.x), 0, grid.columns - 1);
     const int row = std::clamp(static_cast<int>(place.y), 0, grid.rows - 1);
-    const std::uint32_t own = grid.element[static_cast<std::size_t>(row * grid.columns + column)];
+    const std::uint32_t own = at(grid, column, row);
     if (own != none && share_[own] > 0.999f) return own;
     // At slanted borders rectangles overlap: the nearest centre wins.
-    for (const std::uint32_t element : grid.element) {
+    for (const std::uint32_t element : elements_of(grid)) {
       if (element == none) continue;
       const Vec2 d = centre(element) - p;
       if (glm::dot(d, d) < best) best = glm::dot(d, d), chosen = element;
@@ -228,7 +228,7 @@ std::vector<std::uint32_t> FieldGeometry::touching(std::uint32_t element) const 
     const PatchGrid& grid = grids_[bin_patches_[k]];
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column) {
-        const std::uint32_t other = grid.element[static_cast<std::size_t>(row * grid.columns + column)];
+        const std::uint32_t other = at(grid, column, row);
         if (other == none || other == element) continue;
         const Vec2 apart =
             glm::abs(grid.lo + (Vec2{column, row} + 0.5) * grid.step - middle) - 0.5001 * (size + grid.step);

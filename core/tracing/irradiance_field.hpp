@@ -56,7 +56,7 @@ class FieldGeometry {
   Vec2 size_of(std::uint32_t element) const { return grids_[patch_of_[element]].step; }
   /// Without the mesh.
   std::size_t memory_bytes() const {
-    return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, patch_of_,
+    return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, places_, patch_of_,
                         share_);
   }
 
@@ -68,7 +68,7 @@ class FieldGeometry {
     int columns = 0, rows = 0;
     std::uint32_t surface = 0;
     bool back = false;
-    std::array<std::uint32_t, 16> element;  ///< none where the polygon leaves nothing
+    std::uint32_t first = 0;  ///< of its places in places_
   };
   struct PlaneBins {
     Vec2 lo{0.0}, inverse_size{0.0};
@@ -80,6 +80,13 @@ class FieldGeometry {
   void file_patches();
   void find_contacts(const Scene& scene);
   std::uint32_t bin_of(const PlaneBins& bins, const Vec2& p) const;
+  /// The element at a place of a grid; none where the polygon leaves nothing.
+  std::uint32_t at(const PatchGrid& grid, int column, int row) const {
+    return places_[grid.first + static_cast<std::uint32_t>(row * grid.columns + column)];
+  }
+  std::span<const std::uint32_t> elements_of(const PatchGrid& grid) const {
+    return std::span(places_).subspan(grid.first, static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
+  }
   bool separated(const PlaneBins& bins, std::uint32_t bin, const Vec2& point, const Vec2& centre) const;
   void nearest_visible(const PlaneBins& bins, std::uint32_t bin, Neighbours& found) const;
 
@@ -91,6 +98,7 @@ class FieldGeometry {
   std::vector<std::uint32_t> contact_first_;
   std::vector<ContactLine> contacts_;
   std::vector<PatchGrid> grids_;
+  std::vector<std::uint32_t> places_;    ///< elements of all grids
   std::vector<std::uint32_t> patch_of_;  ///< of each element
   std::vector<float> share_;             ///< of each element: area over area of its rectangle
 };

@@ -25,6 +25,7 @@ class LitScene {
   const std::shared_ptr<const TraceScene>& shared_trace() const { return trace_; }
   const DirectLight& direct() const { return *direct_; }
   bool has_solution() const { return geometry_ != nullptr; }
+  const Mesh& mesh() const { return geometry_->mesh(); }  ///< @pre has_solution()
 
   /// Interpolated irradiance on a surface side (W/m²): all light, or without what came straight from luminaires.
   Rgb total_irradiance(const SurfacePoint& at) const;

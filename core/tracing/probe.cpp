@@ -21,11 +21,11 @@ std::uint64_t seed_of(const Vec3& point, const Vec3& normal) {
 }
 }  // namespace
 
-std::vector<Rgb> sensor_irradiance(std::shared_ptr<const LitScene> scene, std::span<const SensorPoint> points,
-                                   const ProbeOptions& options, const Parallel& parallel, std::uint64_t& rays) {
+std::vector<PointLight> sensor_light(std::shared_ptr<const LitScene> scene, std::span<const SensorPoint> points,
+                                     const ProbeOptions& options, const Parallel& parallel, std::uint64_t& rays) {
   const FinalGather gather(scene, options.gather_rays);
   const std::size_t tasks = (points.size() + points_per_task - 1) / points_per_task;
-  std::vector<Rgb> irradiance(points.size(), Rgb{0.0});
+  std::vector<PointLight> light(points.size());
   std::vector<std::uint64_t> rays_of_task(tasks, 0);
   parallel.for_each(tasks, [&](std::size_t task) {
     const std::size_t last = std::min(points.size(), (task + 1) * points_per_task);
@@ -37,13 +37,27 @@ std::vector<Rgb> sensor_irradiance(std::shared_ptr<const LitScene> scene, std::s
       const auto at =
           trace.surface_below(points[i].point, normal, std::max(on_surface * trace.size(), 4 * trace.offset()));
       const Vec3 point = at ? at->point : points[i].point;
-      irradiance[i] = scene->direct().irradiance(point, normal, options.direct, rays_of_task[task]);
-      irradiance[i] += at && options.indirect == IndirectMethod::interpolate && scene->has_elements(*at)
-                           ? scene->indirect_irradiance(*at)
-                           : gather.irradiance(point, normal, seed_of(point, normal), rays_of_task[task]);
+      const std::uint64_t seed = seed_of(point, normal);
+      DirectOptions direct = options.direct;
+      for (std::uint32_t round = 0; round < options.direct_rounds; ++round) {
+        if (options.direct_rounds > 1) direct.seed = mix64(seed + round);
+        light[i].direct += scene->direct().irradiance(point, normal, direct, rays_of_task[task]);
+      }
+      light[i].direct /= static_cast<double>(options.direct_rounds);
+      light[i].indirect = at && options.indirect == IndirectMethod::interpolate && scene->has_elements(*at)
+                              ? scene->indirect_irradiance(*at)
+                              : gather.irradiance(point, normal, seed ^ options.seed, rays_of_task[task]);
     }
   });
   for (const std::uint64_t count : rays_of_task) rays += count;
+  return light;
+}
+
+std::vector<Rgb> sensor_irradiance(std::shared_ptr<const LitScene> scene, std::span<const SensorPoint> points,
+                                   const ProbeOptions& options, const Parallel& parallel, std::uint64_t& rays) {
+  std::vector<Rgb> irradiance;
+  for (const PointLight& light : sensor_light(std::move(scene), points, options, parallel, rays))
+    irradiance.push_back(light.total());
   return irradiance;
 }
 

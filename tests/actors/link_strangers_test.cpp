@@ -36,7 +36,7 @@ TEST_SUITE("actors") {
     REQUIRE(peer.say(hello_frame({link_protocol + 1, 5, 0, 1000, "9.9", {"new", Role::node}})));
     const std::string reason = peer.last_words();
     CHECK(reason.find("link protocol 2 (lichthof 9.9), this end 1 (lichthof test)") != std::string::npos);
-    CHECK(a.link.monitor().last_refusal().find(reason) != std::string::npos);
+    CHECK(a.until([&] { return a.link.monitor().last_refusal().find(reason) != std::string::npos; }));
   }
 
   TEST_CASE("link: whoever says nothing is closed at the deadline") {

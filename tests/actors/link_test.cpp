@@ -94,7 +94,7 @@ TEST_SUITE("actors") {
     options.accepted_roles = {Role::node};
     Process a(options), viewer(named("v", Role::viewer));
     CHECK(viewer.refusal(a.listen()) == "refused by the peer: role viewer of v is not allowed here");
-    CHECK(a.link.monitor().last_refusal().find("role viewer of v") != std::string::npos);
+    CHECK(a.until([&] { return a.link.monitor().last_refusal().find("role viewer of v") != std::string::npos; }));
     // Nor does a mere user pass for a controller.
     Process user(named("u", Role::user)), node(named("n"));
     CHECK(node.refusal(user.listen()) == "role user of u is not allowed here");

@@ -50,6 +50,36 @@ TEST_SUITE("io") {
     CHECK(read(header)->rows.empty());
   }
 
+  TEST_CASE("points_file: estimates come back, in the scene's unit and axes") {
+    const ScratchFolder folder;
+    const FileFrame frame{0.001, true};
+    const PointEstimates written{{{{1, 2, 3}, {0, 0, 1}}, {{4, 5, 6}, {0, -1, 0}}},
+                                 {{{1.0 / 3, 2, 3}, {.1, .2, .3}}, {{0, 0, 0}, {0, 0, 0}}}};
+    REQUIRE(write_estimates(folder / "e.csv", written, frame));
+    const auto read = read_estimates(folder / "e.csv", frame);
+    REQUIRE(read);
+    REQUIRE(read->points.size() == 2);
+    CHECK(glm::length(read->points[0].point - Vec3{1, 2, 3}) < 1e-8);  // nine digits
+    CHECK(read->points[1].normal == Vec3{0, -1, 0});
+    CHECK(read->irradiance[0].mean.x == doctest::Approx(1.0 / 3).epsilon(1e-8));
+    CHECK(read->irradiance[0].standard_error.z == doctest::Approx(.3));
+  }
+
+  TEST_CASE("points_file: what probe writes is an estimate without error; what is no estimate is one line") {
+    const ScratchFolder folder;
+    const std::string file = folder / "p.csv", header = "x,y,z,nx,ny,nz,Er,Eg,Eb";
+    const auto read = [&folder](const std::string& text) { return read_estimates(folder.write("p.csv", text), {}); };
+    const auto probed = read(header + "\n1,2,3,0,0,1,4,5,6\n");
+    REQUIRE(probed);
+    CHECK(probed->irradiance[0].mean == Rgb{4, 5, 6});
+    CHECK(probed->irradiance[0].standard_error == Rgb{0});
+    check_error(read("x,y,z,nx,ny,nz\n1,2,3,0,0,1\n"), file, "no columns Er,Eg,Eb");
+    check_error(read(header + "\n"), file, "has no rows");
+    check_error(read(header + "\n1,2,3,0,0,1,4,5,6\n1,2,3,0,0,1,4,nan,6\n"), file, "row 2");
+    check_error(read(header + "\n1,2,3,0,0,1,4,5\n"), file, "row 1");
+    check_error(read(header + ",Sr,Sg,Sb\n1,2,3,0,0,1,4,5,6,1,1,-1\n"), file, "numbers from 0");
+  }
+
   TEST_CASE("points_file: an unwritable output is one clear line") {
     const ScratchFolder folder;
     const auto points = read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n1,2,3,0,0,1\n"), {});

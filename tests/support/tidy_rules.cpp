@@ -33,7 +33,7 @@ const std::vector<Folder>& folders() {
         {"io/", {"core/"}},
         {"actors/", {"core/"}},
         {"apps/", {"core/", "io/", "actors/", "sim/", "bench/"}},
-        {"tests/", {"core/", "io/", "actors/", "sim/", "apps/"}},
+        {"tests/", {"core/", "io/", "actors/", "sim/", "apps/", "bench/"}},
         {"bench/", {"core/", "io/", "actors/", "sim/"}},
     };
   }();

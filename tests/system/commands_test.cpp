@@ -255,4 +255,45 @@ TEST_SUITE("system") {
     }
     CHECK(ran({"bench", "kernel"}).complains("is not one of"));
   }
+
+  TEST_CASE("bench: section error writes its plot, keeps the truth, and reads it again") {
+    const Folder folder;
+    write_room(folder);
+    const std::string truth = folder / "truth.csv", plot = folder / "error.svg";
+    const std::vector<std::string> small{"bench",  "error",       "--scene",  folder / "room.toml", "--repeat",
+                                         "1",      "--elements",  "300..600", "--growth",           "300..1200",
+                                         "--json", "--reference", truth};
+    std::vector<std::string> first = small;
+    for (const std::string& word : {std::string("--points"), std::string("60"), std::string("--paths"), std::string("512"),
+                                    std::string("-o"), plot})
+      first.push_back(word);
+    const Outcome outcome = ran(first);
+    REQUIRE(outcome.status == 0);
+    const nlohmann::json error = outcome.json()["error"];
+    const nlohmann::json& room = error["scenes"]["room"];
+    CHECK(error["growth"] == room["growth"]);
+    CHECK(room["points"] == 60);
+    CHECK(room["truth_paths"].get<int>() >= 256);
+    CHECK(room["growth_runs"].size() == 3);
+    for (const nlohmann::json& run : room["runs"]) {
+      CHECK(run["cpu_s"].get<double>() > 0);
+      CHECK(run["error"].get<double>() > 0);
+    }
+    CHECK(contents(plot).starts_with("<svg "));
+
+    const Outcome again = ran(small);
+    REQUIRE(again.status == 0);
+    const nlohmann::json same = again.json()["error"]["scenes"]["room"];
+    CHECK(same["truth_paths"] == 0);
+    // The points have nine digits in the file, so the light there differs by little.
+    CHECK(same["truth_error"].get<double>() == doctest::Approx(room["truth_error"].get<double>()).epsilon(1e-6));
+    CHECK(same["runs"][0]["error"].get<double>() ==
+          doctest::Approx(room["runs"][0]["error"].get<double>()).epsilon(.01));
+
+    CHECK(ran(first).complains("--points: is settled by"));
+    CHECK(ran({"bench", "error", "--reference", truth}).complains("belongs to one scene"));
+    CHECK(ran({"bench", "kernels", "--points", "60"}).complains("--points: belongs to lichthof bench error"));
+    CHECK(ran({"bench", "error", "--elements", "600..300"}).complains("is no range FROM..TO"));
+    CHECK(ran({"bench", "error", "-o", "plot.png"}).complains(".svg"));
+  }
 }

@@ -130,7 +130,16 @@ TEST_SUITE("system") {
     std::map<std::string, double> back_at;  // who is down
     std::uint32_t kills = 0, joins = 0;
     double next_kill = now_s() + 3;
-    for (const double end = now_s() + Trials::asked().soak_s; now_s() < end; pause_s(0.5)) {
+    // Users fetch what they asked for; a lab full of results that nobody has fetched takes no more jobs.
+    const auto end = [&](const std::string& id) {
+      const nlohmann::json job = lab.job(id);
+      INFO(job.dump());
+      CHECK(job["state"] == "done");
+      CHECK(!lab.picture(id).empty());
+    };
+    for (const double until = now_s() + Trials::asked().soak_s; now_s() < until; pause_s(0.5)) {
+      for (const auto& [id, count] : kills_of)
+        if (lab.is_over(id)) end(id);
       std::erase_if(kills_of, [&](const auto& job) { return lab.is_over(job.first); });
       if (kills_of.size() < 2) {
         all.push_back(lab.submit(random.below(2) ? "1e-5" : "1e-4", 2000 + 1000 * random.below(6)));
@@ -156,10 +165,13 @@ TEST_SUITE("system") {
       next_kill = now_s() + 3 + 10 * random.unit();
     }
     for (const auto& [name, at] : back_at) lab.start(name);
-    for (const auto& [id, count] : kills_of) REQUIRE(lab.until([&] { return lab.is_over(id); }));
+    for (const auto& [id, count] : kills_of) {
+      REQUIRE(lab.until([&] { return lab.is_over(id); }));
+      end(id);
+    }
     MESSAGE(all.size() << " jobs, " << kills << " nodes ended, " << joins << " joined");
     const nlohmann::json listed = lab.asked({"jobs"})["jobs"];
-    CHECK(listed.size() == all.size());
+    CHECK(listed.size() == std::min<std::size_t>(all.size(), 2000));  // as many as a controller keeps
     for (const nlohmann::json& job : listed) {
       INFO(job.dump());
       CHECK(job["state"] == "done");

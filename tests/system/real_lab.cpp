@@ -205,9 +205,11 @@ std::string RealLab::submit(const std::string& eps, std::uint32_t elements) {
   std::vector<std::string> words{"submit",     folder_ / "room.toml",    "--cells", "2x2",
                                  "--elements", std::to_string(elements), "--eps",   eps};
   words.insert(words.end(), picture_options.begin(), picture_options.end());
-  const nlohmann::json answer = asked(words);
-  REQUIRE(answer.contains("id"));
-  return std::to_string(answer["id"].get<int>());
+  words.push_back("--json");
+  const Outcome outcome = ran_here(words);
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
+  return std::to_string(outcome.json()["id"].get<int>());
 }
 
 std::string RealLab::submit_tiles() {

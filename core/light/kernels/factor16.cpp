@@ -34,11 +34,19 @@ inline V3 select(M m, const V3& a, const V3& b) { return {m ? a.x : b.x, m ? a.y
 
 // One instruction each; the compiler makes compare and blend of the portable form. The second of two equal values counts.
 #if LICHTHOF_LANES == 4
-inline V least(V a, V b) { return reinterpret_cast<V>(_mm_min_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b))); }
-inline V most(V a, V b) { return reinterpret_cast<V>(_mm_max_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b))); }
+inline V least(V a, V b) {
+  return reinterpret_cast<V>(_mm_min_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b)));
+}
+inline V most(V a, V b) {
+  return reinterpret_cast<V>(_mm_max_ps(reinterpret_cast<__m128>(a), reinterpret_cast<__m128>(b)));
+}
 #elif LICHTHOF_LANES == 8
-inline V least(V a, V b) { return reinterpret_cast<V>(_mm256_min_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b))); }
-inline V most(V a, V b) { return reinterpret_cast<V>(_mm256_max_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b))); }
+inline V least(V a, V b) {
+  return reinterpret_cast<V>(_mm256_min_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b)));
+}
+inline V most(V a, V b) {
+  return reinterpret_cast<V>(_mm256_max_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b)));
+}
 #else  // the headers of g++ 12 warn falsely of these two intrinsics
 inline V least(V a, V b) { return a < b ? a : b; }
 inline V most(V a, V b) { return a > b ? a : b; }
@@ -56,8 +64,7 @@ constexpr M bit_of_lane{1, 2, 4, 8};
 #elif LICHTHOF_LANES == 8
 constexpr M bit_of_lane{1, 2, 4, 8, 16, 32, 64, 128};
 #else
-constexpr M bit_of_lane{1,   2,   4,    8,    16,   32,   64,    128,
-                        256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+constexpr M bit_of_lane{1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
 #endif
 inline M lane_mask(std::uint32_t bits) { return (bit_of_lane & static_cast<std::int32_t>(bits)) != 0; }
 inline std::uint32_t bits_of(M m) {
@@ -76,8 +83,10 @@ inline bool any(M m) { return bits_of(m) != 0; }
 inline V theta_over_sine(V c) {
   const V y = c * 2.f - 1.f;
   const V y2 = y * y, y4 = y2 * y2;
-  const V p01 = 1.2091995900717911f + y * -0.26360016626526517f, p23 = 0.06973250427637592f + y * -0.019836653439004072f,
-          p45 = 0.005867037097824852f + y * -0.00177564106674307f, p67 = 0.0005300576221218733f + y * -0.00016329768749869802f,
+  const V p01 = 1.2091995900717911f + y * -0.26360016626526517f,
+          p23 = 0.06973250427637592f + y * -0.019836653439004072f,
+          p45 = 0.005867037097824852f + y * -0.00177564106674307f,
+          p67 = 0.0005300576221218733f + y * -0.00016329768749869802f,
           p89 = 6.895964119280507e-05f + y * -2.240252905210127e-05f;
   return (p01 + y2 * p23) + y4 * ((p45 + y2 * p67) + y4 * p89);
 }
@@ -94,13 +103,13 @@ inline V2 select(M m, const V2& a, const V2& b) { return {m ? a.u : b.u, m ? a.v
 
 /// 16 / width receivers in the shooter's frame (u, v, normal).
 struct Lanes {
-  V2 foot;            ///< of the receiver on the shooter's plane, from the shooter's centre (m)
-  V height2;          ///< squared distance to that plane (m²)
-  V2 n;               ///< receiver's normal, along u and v
-  V nw;               ///< and along the shooter's normal
-  V2 lean;            ///< n times the shooter's height over the receiver (m)
-  V level;            ///< nw times that height (m)
-  M alive;            ///< lanes in front of the shooter's plane
+  V2 foot;    ///< of the receiver on the shooter's plane, from the shooter's centre (m)
+  V height2;  ///< squared distance to that plane (m²)
+  V2 n;       ///< receiver's normal, along u and v
+  V nw;       ///< and along the shooter's normal
+  V2 lean;    ///< n times the shooter's height over the receiver (m)
+  V level;    ///< nw times that height (m)
+  M alive;    ///< lanes in front of the shooter's plane
 
   /// Above the receiver's own horizon (m).
   V above(const V2& a) const { return a.u * n.u + a.v * n.v + level; }
@@ -128,14 +137,16 @@ inline V edge_term(const Lanes& lanes, const V2& a, const V2& b, const V2& e) {
   return ratio * lanes.turned(e, a) * scale;
 }
 
-inline V2 corner_at(const FlatShooter& s, const Lanes& lanes, int k) { return {s.u[k] - lanes.foot.u, s.v[k] - lanes.foot.v}; }
+inline V2 corner_at(const FlatShooter& s, const Lanes& lanes, int k) {
+  return {s.u[k] - lanes.foot.u, s.v[k] - lanes.foot.v};
+}
 /// Edges are the same for all lanes, and have no rounding of the receivers' places.
 inline V2 edge_at(const FlatShooter& s, int k) { return {all(s.eu[k]), all(s.ev[k])}; }
 
 struct Sum {
   V sum;
-  M crosses;          ///< lanes whose horizon crosses the polygon,
-  V2 middle;          ///< and there the middle of what is seen
+  M crosses;  ///< lanes whose horizon crosses the polygon,
+  V2 middle;  ///< and there the middle of what is seen
 };
 
 /// The general case: some lanes see the polygon across their horizon. Every lane clips for itself; a convex polygon
@@ -180,12 +191,13 @@ struct Corners {
   static int count(const FlatShooter& shooter) { return Fixed > 0 ? Fixed : shooter.count; }
 
   Lanes lanes;
-  V height;                 ///< of the shooter's plane over the receiver (m)
-  V inverse[room];          ///< of the distances of the corners (1/m)
-  V lowest, highest;        ///< corner over the horizon (m)
+  V height;           ///< of the shooter's plane over the receiver (m)
+  V inverse[room];    ///< of the distances of the corners (1/m)
+  V lowest, highest;  ///< corner over the horizon (m)
 
   /// Lanes [at, at + lanes_at_once), of which `holding` hold receivers.
-  inline void measure(const Receivers16& receivers, int at, std::uint32_t holding, const FlatShooter& shooter, float offset) {
+  inline void measure(const Receivers16& receivers, int at, std::uint32_t holding, const FlatShooter& shooter,
+                      float offset) {
     const V3 n = {load(receivers.nx + at), load(receivers.ny + at), load(receivers.nz + at)};
     const V3 u{all(shooter.ux), all(shooter.uy), all(shooter.uz)}, v{all(shooter.vx), all(shooter.vy), all(shooter.vz)},
         w{all(shooter.nx), all(shooter.ny), all(shooter.nz)};
@@ -238,8 +250,8 @@ struct Corners {
 };
 
 /// Of lanes [at, at + lanes_at_once). @returns their bits, shifted down to 0
-std::uint32_t store_factors(const Receivers16& receivers, int at, const FlatShooter& shooter, float offset, const Aim16& aim,
-                            int turn, M alive, V height, const Sum& sum, Factors16& out) {
+std::uint32_t store_factors(const Receivers16& receivers, int at, const FlatShooter& shooter, float offset,
+                            const Aim16& aim, int turn, M alive, V height, const Sum& sum, Factors16& out) {
   V factor = sum.sum * 0.159154943091895f;
   const M seen = alive & (factor > 0.f);
   factor = select(seen, factor, all(0.f));
@@ -270,15 +282,17 @@ std::uint32_t store_factors(const Receivers16& receivers, int at, const FlatShoo
 }
 
 template <int Fixed>
-std::uint32_t factors(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter, const Aim16& aim, int turn,
-                      float offset, Factors16& out) {
+std::uint32_t factors(const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter, const Aim16& aim,
+                      int turn, float offset, Factors16& out) {
   // All divisions are under way before the first result is needed: they, not the sums, are what one waits for.
   Corners<Fixed> corners[16 / lanes_at_once];
-  for (int at = 0; at < 16; at += lanes_at_once) corners[at / lanes_at_once].measure(receivers, at, lanes >> at, shooter, offset);
+  for (int at = 0; at < 16; at += lanes_at_once)
+    corners[at / lanes_at_once].measure(receivers, at, lanes >> at, shooter, offset);
   std::uint32_t seen = 0;
   for (int at = 0; at < 16; at += lanes_at_once) {
     const Corners<Fixed>& c = corners[at / lanes_at_once];
-    seen |= store_factors(receivers, at, shooter, offset, aim, turn, c.lanes.alive, c.height, c.sum(shooter), out) << at;
+    seen |= store_factors(receivers, at, shooter, offset, aim, turn, c.lanes.alive, c.height, c.sum(shooter), out)
+            << at;
   }
   return seen;
 }
@@ -348,7 +362,8 @@ bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPol
     return positive;
   };
   // The occluder's plane separates the box from the shooter ...
-  const W box_side = (bx - occluder.x[0]) * occluder.nx + (by - occluder.y[0]) * occluder.ny + (bz - occluder.z[0]) * occluder.nz;
+  const W box_side =
+      (bx - occluder.x[0]) * occluder.nx + (by - occluder.y[0]) * occluder.ny + (bz - occluder.z[0]) * occluder.nz;
   const float side = box_side[0] > 0 ? 1.f : -1.f;
   if (!all_positive(box_side * side)) return false;
   for (int s = 0; s < shooter.count; ++s) {
@@ -360,7 +375,8 @@ bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPol
   for (int s = 0; s < shooter.count; ++s)
     for (int k = 0; k < occluder.count; ++k) {
       const int next = k + 1 == occluder.count ? 0 : k + 1;
-      const float ax = occluder.x[k] - shooter.x[s], ay = occluder.y[k] - shooter.y[s], az = occluder.z[k] - shooter.z[s];
+      const float ax = occluder.x[k] - shooter.x[s], ay = occluder.y[k] - shooter.y[s],
+                  az = occluder.z[k] - shooter.z[s];
       const float ex = occluder.x[next] - occluder.x[k], ey = occluder.y[next] - occluder.y[k],
                   ez = occluder.z[next] - occluder.z[k];
       // From the front (side < 0: the box is behind) the corners run counter-clockwise and corner x edge points outwards;

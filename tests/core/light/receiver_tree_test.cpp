@@ -80,8 +80,8 @@ TEST_SUITE("receiver_tree") {
         ++groups[item.first_group + g];
         const GroupPlace& group = tree.groups[item.first_group + g];
         for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) {
-          REQUIRE(tree.patches[p].cluster >= item.first_cluster);
-          REQUIRE(tree.patches[p].cluster < item.first_cluster + item.cluster_count);
+          REQUIRE(tree.patches[p].first_cluster >= item.first_cluster);
+          REQUIRE(tree.patches[p].first_cluster < item.first_cluster + item.cluster_count);
         }
       }
     }

@@ -1,0 +1,244 @@
+#include "core/light/view_factors.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "core/base/check.hpp"
+#include "core/light/exchange_area.hpp"
+#include "core/light/obstructed_exchange.hpp"
+
+namespace lichthof {
+
+namespace {
+
+/// Heights over a plane below this share of the scene's size are none: what files with six digits leave of one plane.
+constexpr double plane_share = 1e-7;
+
+struct Side {
+  Polygon corners;
+  Vec3 normal;
+  double offset = 0, area = 0;
+  std::uint32_t group = 0;
+  double height(const Vec3& p) const { return glm::dot(normal, p) - offset; }
+};
+
+struct Entry {
+  std::uint32_t column = 0;
+  double area = 0, error = 0;  ///< exchange area and its error (m²)
+};
+
+struct Row {
+  std::vector<Entry> entries;  ///< of columns beyond the row's own number, with exchange
+  std::uint64_t facing = 0, obstructed = 0, inexact = 0, points = 0;
+};
+
+class Matrix {
+ public:
+  Matrix(const Scene& scene, std::span<const ViewSide> sides, const ViewFactorOptions& options);
+  Row row(std::uint32_t i) const;
+  std::uint32_t side_count() const { return static_cast<std::uint32_t>(sides_.size()); }
+  const Side& side(std::uint32_t i) const { return sides_[i]; }
+  Exchange other_way_round(std::uint32_t i, const Entry& entry) const;
+
+ private:
+  std::vector<Obstruction> in_front_of(const Side& side) const;
+  bool faces(const Side& a, const Side& b) const;
+  Exchange exchange(const Side& a, const Side& b, std::span<const Obstruction> in_front) const;
+  FacingPair facing_pair(const Side& a, const Side& b, std::span<const Obstruction> in_front) const;
+  bool receives_better(const FacingPair& pair, const FacingPair& turned) const;
+  double allowed_error(const Side& a, const Side& b) const { return options_.tolerance * std::min(a.area, b.area); }
+
+  ViewFactorOptions options_;
+  double plane_tolerance_ = 0;  ///< m
+  std::vector<Side> sides_;
+  std::vector<Obstruction> obstructions_;  ///< all surfaces, the largest first: they are the likeliest to hide much
+};
+
+Matrix::Matrix(const Scene& scene, std::span<const ViewSide> sides, const ViewFactorOptions& options)
+    : options_(options) {
+  const double size = glm::length(bounds(scene).size());
+  plane_tolerance_ = plane_share * size;
+  for (const ViewSide& side : sides) {
+    const Surface& surface = scene.surfaces[side.surface];
+    Side s{surface.corners, surface.normal, 0, surface.area, side.group};
+    if (side.back) std::reverse(s.corners.begin(), s.corners.end()), s.normal = -s.normal;
+    s.offset = glm::dot(s.normal, s.corners[0]);
+    sides_.push_back(std::move(s));
+  }
+  std::vector<const Surface*> by_area;
+  for (const Surface& surface : scene.surfaces) by_area.push_back(&surface);
+  std::stable_sort(by_area.begin(), by_area.end(),
+                   [](const Surface* a, const Surface* b) { return a->area > b->area; });
+  for (const Surface* surface : by_area) obstructions_.push_back(obstruction(surface->corners, surface->normal));
+}
+
+/// What can stand between this side and anything: the surfaces' parts above its plane.
+std::vector<Obstruction> Matrix::in_front_of(const Side& side) const {
+  std::vector<Obstruction> parts;
+  for (const Obstruction& o : obstructions_) {
+    Polygon part = clipped(o.corners, side.normal, side.offset, plane_tolerance_);
+    if (!part.empty()) parts.push_back(obstruction(std::move(part), o.normal));
+  }
+  return parts;
+}
+
+bool Matrix::faces(const Side& a, const Side& b) const {
+  const auto some_above = [&](const Side& plane, const Side& polygon) {
+    return std::any_of(polygon.corners.begin(), polygon.corners.end(),
+                       [&](const Vec3& p) { return plane.height(p) > plane_tolerance_; });
+  };
+  return some_above(a, b) && some_above(b, a);
+}
+
+/// @param in_front  what is in front of a
+FacingPair Matrix::facing_pair(const Side& a, const Side& b, std::span<const Obstruction> in_front) const {
+  FacingPair pair;
+  pair.receiver = clipped(a.corners, b.normal, b.offset, plane_tolerance_);
+  pair.source = clipped(b.corners, a.normal, a.offset, plane_tolerance_);
+  pair.receiver_normal = a.normal;
+  if (pair.receiver.empty() || pair.source.empty()) return pair;
+  const ViewShaft shaft(pair.receiver, pair.source, plane_tolerance_);
+  for (const Obstruction& o : in_front) {
+    if (!shaft.may_hold(o)) continue;
+    Polygon part = clipped(o.corners, b.normal, b.offset, plane_tolerance_);
+    if (part.empty()) continue;
+    Obstruction cut = obstruction(std::move(part), o.normal);
+    if (shaft.may_hold(cut)) pair.between.push_back(std::move(cut));
+  }
+  return pair;
+}
+
+FacingPair turned(const FacingPair& pair, const Side& source) {
+  return {pair.source, pair.receiver, source.normal, pair.between};
+}
+
+/// The smaller polygon is looked from, for it sees the other one change less; among polygons of like size the one with less
+/// standing on it.
+bool Matrix::receives_better(const FacingPair& pair, const FacingPair& turned) const {
+  const double here = area(pair.receiver), there = area(turned.receiver);
+  if (here > 4 * there || there > 4 * here) return here < there;
+  const std::size_t on_here = standing_count(pair, plane_tolerance_),
+                    on_there = standing_count(turned, plane_tolerance_);
+  return on_here != on_there ? on_here < on_there : here <= there;
+}
+
+Exchange Matrix::exchange(const Side& a, const Side& b, std::span<const Obstruction> in_front) const {
+  const FacingPair pair = facing_pair(a, b, in_front);
+  if (pair.receiver.empty() || pair.source.empty()) return {};
+  if (pair.between.empty()) return {exchange_area(pair.receiver, pair.source), 0, 0};
+  for (const Obstruction& o : pair.between)
+    if (hides_all(o, pair.receiver, pair.source, plane_tolerance_)) return {0, 0, 1};
+  const FacingPair other = turned(pair, b);
+  return obstructed_exchange(receives_better(pair, other) ? pair : other, allowed_error(a, b), plane_tolerance_,
+                             options_.most_points, Clear::contour);
+}
+
+Row Matrix::row(std::uint32_t i) const {
+  Row result;
+  const std::vector<Obstruction> in_front = in_front_of(sides_[i]);
+  for (std::uint32_t j = i + 1; j < sides_.size(); ++j) {
+    if (!faces(sides_[i], sides_[j])) continue;
+    const Exchange e = exchange(sides_[i], sides_[j], in_front);
+    ++result.facing;
+    result.obstructed += e.points > 0;
+    result.points += e.points;
+    result.inexact += e.error > allowed_error(sides_[i], sides_[j]);
+    if (e.area > 0 || e.error > 0) result.entries.push_back({j, e.area, e.error});
+  }
+  return result;
+}
+
+/// The pair's exchange by quadrature alone, over the polygon that was not looked from.
+Exchange Matrix::other_way_round(std::uint32_t i, const Entry& entry) const {
+  const Side &a = sides_[i], &b = sides_[entry.column];
+  const FacingPair pair = facing_pair(a, b, in_front_of(a));
+  const FacingPair other = turned(pair, b);
+  const bool first = pair.between.empty() || !receives_better(pair, other);
+  return obstructed_exchange(first ? pair : other, allowed_error(a, b), plane_tolerance_, options_.most_points,
+                             Clear::quadrature);
+}
+
+/// Adds the rows up by group, in the order of sides.
+void sum_up(ViewFactors& result, const Matrix& matrix, const std::vector<Row>& rows) {
+  const auto add = [&](std::uint32_t i, std::uint32_t j, const Entry& entry) {
+    result.exchange[std::size_t{i} * result.count + j] += entry.area;
+    result.errors[std::size_t{i} * result.count + j] += entry.error;
+  };
+  for (std::uint32_t i = 0; i < rows.size(); ++i) {
+    result.areas[matrix.side(i).group] += matrix.side(i).area;
+    result.pairs_facing += rows[i].facing;
+    result.pairs_obstructed += rows[i].obstructed;
+    result.pairs_inexact += rows[i].inexact;
+    result.points += rows[i].points;
+    for (const Entry& entry : rows[i].entries) {
+      add(matrix.side(i).group, matrix.side(entry.column).group, entry);
+      add(matrix.side(entry.column).group, matrix.side(i).group, entry);
+    }
+  }
+}
+
+/// Computes every so many pairs a second time.
+void check_both_ways(ViewFactors& result, const Matrix& matrix, const std::vector<Row>& rows, std::uint32_t wanted,
+                     const Parallel& parallel) {
+  struct Sample {
+    std::uint32_t row;
+    const Entry* entry;
+    Exchange again;
+  };
+  std::vector<Sample> samples;
+  for (std::uint32_t i = 0; i < rows.size(); ++i)
+    for (const Entry& entry : rows[i].entries) samples.push_back({i, &entry, {}});
+  if (wanted == 0) return;
+  const std::size_t stride = std::max<std::size_t>(1, samples.size() / wanted);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < samples.size(); k += stride) samples[kept++] = samples[k];
+  samples.resize(kept);
+  parallel.for_each(
+      kept, [&](std::size_t k) { samples[k].again = matrix.other_way_round(samples[k].row, *samples[k].entry); });
+  result.pairs_both_ways = kept;
+  for (const Sample& sample : samples) {
+    const Side &a = matrix.side(sample.row), &b = matrix.side(sample.entry->column);
+    const double defect = std::abs(sample.again.area - sample.entry->area), smaller = std::min(a.area, b.area);
+    const double share = defect / smaller;
+    // Where nothing stood between, the first way was exact but for rounding: 1e-9 is above all that is left of it.
+    result.pairs_disagreeing += defect > sample.again.error + sample.entry->error + 1e-9 * smaller;
+    if (share <= result.reciprocity_defect) continue;
+    result.reciprocity_defect = share;
+    result.reciprocity_defect_m2 = defect;
+    result.defect_row = a.group, result.defect_column = b.group;
+  }
+}
+
+}  // namespace
+
+double ViewFactors::row_sum(std::size_t i) const {
+  double sum = 0;
+  for (std::size_t j = 0; j < count; ++j) sum += exchange[i * count + j];
+  return sum / areas[i];
+}
+
+ViewFactors view_factors(const Scene& scene, std::span<const ViewSide> sides, std::uint32_t group_count,
+                         const ViewFactorOptions& options, const Parallel& parallel,
+                         const std::function<void(double)>& progress) {
+  MUST(options.tolerance > 0);
+  const Matrix matrix(scene, sides, options);
+  std::vector<Row> rows(sides.size());
+  const double pairs = 0.5 * static_cast<double>(sides.size()) * (static_cast<double>(sides.size()) - 1);
+  std::atomic<std::uint64_t> done{0};
+  parallel.for_each(rows.size(), [&](std::size_t i) {
+    rows[i] = matrix.row(static_cast<std::uint32_t>(i));
+    const std::uint64_t now = done += rows.size() - 1 - i;
+    if (progress && pairs > 0) progress(static_cast<double>(now) / pairs);
+  });
+  ViewFactors result;
+  result.count = group_count;
+  result.areas.assign(group_count, 0);
+  result.exchange.assign(std::size_t{group_count} * group_count, 0);
+  result.errors = result.exchange;
+  sum_up(result, matrix, rows);
+  check_both_ways(result, matrix, rows, options.pairs_both_ways, parallel);
+  return result;
+}
+
+}  // namespace lichthof

@@ -1,0 +1,266 @@
+#include "core/tracing/error_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/check.hpp"
+#include "core/base/random.hpp"
+#include "core/scene/polygon.hpp"
+#include "core/tracing/path_tracer.hpp"
+#include "core/tracing/scattering.hpp"
+
+namespace lichthof {
+
+namespace {
+
+constexpr std::uint32_t rays_of_a_landing = 16;
+constexpr std::uint32_t paths_of_a_batch = 64;
+constexpr std::size_t points_per_task = 4;
+constexpr double far_away = 1e300;  // the solution is read element by element, so that the residual has no other part
+
+/// Parts of the truth at a point (W/m²).
+struct Truth {
+  Rgb direct{0.0};      ///< D
+  Rgb read{0.0};        ///< G b̃
+  Rgb correction{0.0};  ///< G e
+};
+
+bool scatters_only_diffusely(const Scene& scene) {
+  return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const Surface& surface) {
+    const Material& material = scene.material_of(surface);
+    return material.finish != Finish::glass && max_channel(specular_share(material, material.reflectance)) <= 0;
+  });
+}
+
+class ResidualWalks {
+ public:
+  ResidualWalks(const LitScene& scene, const ErrorCheckOptions& options) : scene_(scene), options_(options) {}
+
+  Truth at(const SurfacePoint& point, Random& random, std::uint64_t& rays) const {
+    Truth truth;
+    truth.direct = direct(point, 64, 16, random, rays);
+    std::vector<Landing> landings;
+    truth.read = look_around(point, options_.gather_rays, random, landings, rays);
+    // One landing of each run of rays goes on: they are neighbours on the square, so the walks spread over the hemisphere.
+    for (std::uint32_t walk = 0; walk < options_.walks; ++walk) {
+      const auto first = landings.size() * walk / options_.walks, last = landings.size() * (walk + 1) / options_.walks;
+      const Landing& landing = landings[first + random.below(static_cast<std::uint32_t>(last - first))];
+      if (landing.met)
+        truth.correction += error_of_solution(landing.at, random, rays) / static_cast<double>(options_.walks);
+    }
+    return truth;
+  }
+
+ private:
+  struct Landing {
+    SurfacePoint at;
+    bool met = false;
+  };
+
+  Rgb direct(const SurfacePoint& point, std::uint32_t rays_wanted, std::uint32_t most, Random& random,
+             std::uint64_t& rays) const {
+    const std::uint64_t seed = (std::uint64_t{random.bits()} << 32) | random.bits();
+    return scene_.direct().irradiance(point.point, point.normal, {rays_wanted, most, seed}, rays);
+  }
+
+  /// G b̃ by `count` rays, one in each cell of a jittered grid. @returns the mean; where each ray landed
+  Rgb look_around(const SurfacePoint& point, std::uint32_t count, Random& random, std::vector<Landing>& landings,
+                  std::uint64_t& rays) const {
+    const TraceScene& trace = scene_.trace();
+    const auto columns = static_cast<std::uint32_t>(std::lround(std::sqrt(count)));
+    const std::uint32_t rows = count / columns;
+    Vec3 tangent, bitangent;
+    complete_frame(point.normal, tangent, bitangent);
+    const Vec3 start = trace.lifted(point), local = start - trace.rays().origin();
+    Segments16 segments;
+    clear_segments(segments);
+    std::fill_n(segments.ox, 16, static_cast<float>(local.x));
+    std::fill_n(segments.oy, 16, static_cast<float>(local.y));
+    std::fill_n(segments.oz, 16, static_cast<float>(local.z));
+    landings.assign(std::size_t{columns} * rows, Landing{});
+    Rgb sum{0.0};
+    std::array<Vec3, 16> directions;
+    RayScene::Hits16 hits;
+    for (std::size_t first = 0; first < landings.size(); first += 16) {
+      const auto lanes = static_cast<std::uint32_t>(std::min<std::size_t>(16, landings.size() - first));
+      for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+        const auto cell = static_cast<std::uint32_t>(first) + lane;
+        const double x = random.unit(), y = random.unit();
+        const Vec3 d = cosine_direction({(cell / rows + x) / columns, (cell % rows + y) / rows});
+        directions[lane] = d.x * tangent + d.y * bitangent + std::max(d.z, 1e-6) * point.normal;
+        segments.dx[lane] = static_cast<float>(directions[lane].x);
+        segments.dy[lane] = static_cast<float>(directions[lane].y);
+        segments.dz[lane] = static_cast<float>(directions[lane].z);
+      }
+      trace.rays().nearest16(segments, (1u << lanes) - 1, hits);
+      for (std::uint32_t lane = 0; lane < lanes; ++lane) {
+        if (hits.surface[lane] == RayScene::no_surface) continue;
+        Landing& landing = landings[first + lane];
+        landing.met = true;
+        landing.at = trace.surface_point(hits.surface[lane], (hits.front_bits >> lane) & 1,
+                                         start + static_cast<double>(hits.distance[lane]) * directions[lane]);
+        sum += scene_.reflected_radiosity(landing.at, far_away);
+      }
+    }
+    rays += landings.size();
+    return sum / static_cast<double>(landings.size());
+  }
+
+  /// e at a point, by a walk that gathers the residual at each step (W/m²).
+  Rgb error_of_solution(SurfacePoint at, Random& random, std::uint64_t& rays) const {
+    const Scene& scene = scene_.trace().scene();
+    Rgb sum{0.0}, throughput{1.0};
+    std::vector<Landing> landings;
+    for (;;) {
+      const Rgb reflectance = reflectance_at(scene, scene.surfaces[at.surface], at.point);
+      const Rgb arriving = direct(at, 16, 4, random, rays) + look_around(at, rays_of_a_landing, random, landings, rays);
+      sum += throughput * (reflectance * arriving - scene_.reflected_radiosity(at, far_away));
+      throughput *= reflectance;
+      const double go_on = std::min(0.95, max_channel(throughput));
+      if (!(random.unit() < go_on)) return sum;
+      throughput /= go_on;
+      const Landing& next = landings[random.below(static_cast<std::uint32_t>(landings.size()))];
+      if (!next.met) return sum;
+      at = next.at;
+    }
+  }
+
+  const LitScene& scene_;
+  ErrorCheckOptions options_;
+};
+
+/// Sums over the batches of a point.
+struct Sums {
+  Truth first;
+  Rgb total_squares{0.0}, direct_squares{0.0}, indirect_squares{0.0}, correction_squares{0.0};
+  void add(const Truth& t) {
+    first.direct += t.direct, first.read += t.read, first.correction += t.correction;
+    const Rgb indirect = t.read + t.correction, total = t.direct + indirect;
+    total_squares += total * total, direct_squares += t.direct * t.direct;
+    indirect_squares += indirect * indirect, correction_squares += t.correction * t.correction;
+  }
+};
+
+/// Square of a deviation summed over the channels, and of it what the noise of a mean of n batches adds.
+struct Square {
+  double square = 0, noise = 0;
+  double without_noise() const { return square - noise; }
+};
+Square square_of(const Rgb& sum, const Rgb& squares, double n, const Rgb& given) {
+  const Rgb mean = sum / n, variance = glm::max(squares / n - mean * mean, Rgb{0.0}) / (n - 1);
+  return {glm::dot(given - mean, given - mean), sum_channels(variance)};
+}
+
+ErrorEstimate estimate(std::span<const Sums> sums, std::span<const PointLight> given, std::uint32_t batches) {
+  const double n = batches, count = static_cast<double>(sums.size());
+  double exact = 0, visibility = 0, indirect = 0, solution = 0, noise = 0, mean_given = 0, mean_exact = 0;
+  std::vector<double> squares;
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const Truth& t = sums[i].first;
+    const Rgb total = t.direct + t.read + t.correction, said = given[i].direct + given[i].indirect;
+    const Square all = square_of(total, sums[i].total_squares, n, said);
+    squares.push_back(all.without_noise());
+    noise += all.noise;
+    exact += glm::dot(total / n, total / n) - all.noise;
+    visibility += square_of(t.direct, sums[i].direct_squares, n, given[i].direct).without_noise();
+    indirect += square_of(t.read + t.correction, sums[i].indirect_squares, n, given[i].indirect).without_noise();
+    solution += square_of(t.correction, sums[i].correction_squares, n, Rgb{0.0}).without_noise();
+    mean_given += sum_channels(said), mean_exact += sum_channels(total / n);
+  }
+  ErrorEstimate result;
+  result.points = static_cast<std::uint32_t>(sums.size()), result.batches = batches;
+  if (!(exact > 0)) return result;
+  double mean = 0, spread = 0;
+  for (const double square : squares) mean += square / count;
+  for (const double square : squares) spread += (square - mean) * (square - mean) / (count * (count - 1));
+  const double half_width = 1.96 * std::sqrt(spread), whole = exact / count;
+  const auto root = [](double square) { return std::sqrt(std::max(square, 0.0)); };
+  result.error = root(mean / whole);
+  result.low = root((mean - half_width) / whole), result.high = root((mean + half_width) / whole);
+  result.bias = mean_exact > 0 ? mean_given / mean_exact - 1 : 0;
+  result.visibility = root(visibility / exact), result.indirect = root(indirect / exact);
+  result.solution = root(solution / exact), result.noise = root(noise / exact);
+  return result;
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> random_surface_points(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
+  MUST(scene.has_solution());
+  const Scene& input = scene.trace().scene();
+  const Mesh& mesh = scene.mesh();
+  struct Side {
+    std::uint32_t surface;
+    bool back;
+    double up_to;  ///< area of all sides so far (m²)
+  };
+  std::vector<Side> sides;
+  double area = 0;
+  for (std::uint32_t s = 0; s < input.surfaces.size(); ++s) {
+    if (input.material_of(input.surfaces[s]).finish == Finish::glass) continue;
+    const LitSides lit = mesh.lit_sides.empty() ? LitSides{} : mesh.lit_sides[s];
+    if (lit.front) sides.push_back({s, false, area += input.surfaces[s].area});
+    if (lit.back) sides.push_back({s, true, area += input.surfaces[s].area});
+  }
+  std::vector<SurfacePoint> points;
+  Random random(seed, 17);
+  const double turn = random.unit();
+  for (std::uint32_t i = 0; i < count && !sides.empty(); ++i) {
+    const double pick = area * (i + turn) / count;
+    const auto side = std::min<std::size_t>(
+        static_cast<std::size_t>(std::lower_bound(sides.begin(), sides.end(), pick,
+                                                  [](const Side& a, double value) { return a.up_to < value; }) -
+                                 sides.begin()),
+        sides.size() - 1);
+    const Surface& surface = input.surfaces[sides[side].surface];
+    const Vec3 place = random_place(surface.corners, surface.area, random);
+    points.push_back(
+        {sides[side].surface, sides[side].back, place, sides[side].back ? -surface.normal : surface.normal});
+  }
+  return points;
+}
+
+ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::span<const SurfacePoint> points,
+                          std::span<const PointLight> given, const ErrorCheckOptions& options,
+                          const Parallel& parallel) {
+  MUST(points.size() == given.size() && scene->has_solution() && options.most_batches >= 2);
+  if (points.size() < 2) return {};
+  const ResidualWalks walks(*scene, options);
+  const bool is_diffuse = scatters_only_diffusely(scene->trace().scene());
+  const PathTracer tracer(scene);
+  const std::size_t tasks = (points.size() + points_per_task - 1) / points_per_task;
+  std::vector<Sums> sums(points.size());
+  std::vector<std::uint64_t> rays(tasks, 0);
+  ErrorEstimate result;
+  std::uint32_t batches = 0;
+  while (batches < options.most_batches) {
+    const std::uint32_t more = std::max(2u, batches / 2);
+    parallel.for_each(tasks, [&](std::size_t task) {
+      const std::size_t last = std::min(points.size(), (task + 1) * points_per_task);
+      for (std::size_t i = task * points_per_task; i < last; ++i)
+        for (std::uint32_t batch = batches; batch < batches + more; ++batch) {
+          const std::uint64_t seed = mix64(mix64(options.seed + i) + batch);
+          Random random(seed, 19);
+          if (is_diffuse) {
+            sums[i].add(walks.at(points[i], random, rays[task]));
+            continue;
+          }
+          // Paths do not tell the parts: all is told as one.
+          const Estimate whole =
+              tracer.irradiance({points[i].point, points[i].normal}, paths_of_a_batch, seed, rays[task]);
+          sums[i].add({given[i].direct, whole.mean - given[i].direct, Rgb{0.0}});
+        }
+    });
+    batches += more;
+    result = estimate(sums, given, batches);
+    // With as much noise as error the estimate spreads by sqrt(2/points) of itself; less noise is for what has to be decided.
+    const bool is_decided = result.high <= options.wanted || result.low >= options.wanted;
+    const double aim = std::max(result.error, options.least);
+    if (result.noise <= (is_decided ? 1.2 : 0.5) * aim) break;
+  }
+  for (const std::uint64_t count : rays) result.rays += count;
+  return result;
+}
+
+}  // namespace lichthof

@@ -1,0 +1,82 @@
+/// `--error` and `--check` from outside: the error that is told is the error that is there.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/system/program.hpp"
+
+using namespace lichthof;
+using namespace lichthof::testing;
+
+TEST_SUITE("system") {
+  TEST_CASE("probe: --error is met, and says by which rounds") {
+    const Folder folder;
+    write_room(folder);
+    const std::string points = folder.write("points.csv", room_points());
+    for (const double wanted : {0.1, 0.03}) {
+      const Outcome outcome = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv",
+                                   "--error", std::to_string(wanted), "--json"});
+      REQUIRE(outcome.status == 0);
+      const nlohmann::json report = outcome.json(), &error = report["error"];
+      CHECK(report["error_estimate"].get<double>() <= wanted);
+      CHECK(error["met"] == true);
+      CHECK(error["low"].get<double>() <= error["estimate"].get<double>());
+      CHECK(error["high"].get<double>() <= wanted);
+      REQUIRE(!error["rounds"].empty());
+      CHECK(error["rounds"].back()["elements"] == report["elements"]);
+      for (const char* part : {"visibility", "reconstruction", "discretisation", "convergence"})
+        CHECK(error["parts"][part].get<double>() <= wanted);
+    }
+  }
+
+  TEST_CASE("solve, render: --error and --check know what they make, and its solution agrees") {
+    const Folder folder;
+    write_room(folder);
+    const Outcome solved = ran({"solve", folder / "room.obj", "-o", folder / "room.lht", "--error", "0.1", "--json"});
+    REQUIRE(solved.status == 0);
+    CHECK(solved.json()["error"]["met"] == true);
+    const double estimate = solved.json()["error_estimate"];
+    CHECK(estimate <= 0.1);
+    // The solution by itself, checked at other points: two estimates from 256 and 256 points.
+    const Outcome checked = ran({"solve", folder / "room.lht", "-o", folder / "again.lht", "--check", "--json"});
+    REQUIRE(checked.status == 0);
+    CHECK(checked.json()["error_estimate"].get<double>() == doctest::Approx(estimate).epsilon(0.5));
+    const Outcome drawn =
+        ran({"render", folder / "room.obj", "-o", folder / "room.exr", "--size", "40x30", "--error", "0.1"});
+    CHECK(drawn.status == 0);
+    CHECK(drawn.out.find("error ") != std::string::npos);
+  }
+
+  TEST_CASE("probe: an error that can not be met is said, with the reason, and the light is there all the same") {
+    const Folder folder;
+    write_room(folder);
+    const std::string points = folder.write("points.csv", room_points());
+    const Outcome outcome = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error",
+                                 "0.002", "--elements", "500", "--gather", "16", "--eps", "0.01", "--json"});
+    CHECK(outcome.status == 0);
+    CHECK(outcome.json()["error"]["met"] == false);
+    CHECK(outcome.json()["error"]["reason"].get<std::string>().find("nothing more can be turned") != std::string::npos);
+    CHECK(outcome.complains("an error of 0.2 % was asked for"));
+    CHECK(results_of(folder / "out.csv").size() > 10);
+  }
+
+  TEST_CASE("--error: refused where there is no first pass, and where its mesh is made already") {
+    const Folder folder;
+    write_room(folder);
+    const std::string points = folder.write("points.csv", room_points());
+    const Outcome reference = ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv",
+                                   "--error", "0.1", "--method", "reference"});
+    CHECK(reference.status == 2);
+    CHECK(reference.complains("--error"));
+    CHECK(ran({"render", folder / "room.obj", "-o", folder / "x.exr", "--check", "--method", "raytrace"}).status == 2);
+    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "nan"}).status ==
+          2);
+    CHECK(ran({"probe", folder / "room.obj", "--points", points, "-o", folder / "out.csv", "--error", "0"}).status ==
+          2);
+    REQUIRE(ran({"solve", folder / "room.obj", "-o", folder / "room.lht", "--elements", "500"}).status == 0);
+    const Outcome again = ran({"solve", folder / "room.lht", "-o", folder / "room.lht", "--error", "0.1"});
+    CHECK(again.status == 2);
+    CHECK(again.complains("solve the scene anew"));
+  }
+}
