@@ -90,42 +90,38 @@ TEST_SUITE("validation") {
     }
   }
 
-  TEST_CASE("CIE 171 5.8: 10 000 lm in a cube of one reflectance, average indirect light within .5 %") {
-    const std::pair<double, double> cases[] = {{0.1, 11.57},  {0.3, 44.64},  {0.5, 104.17},  {0.7, 243.06},
-                                               {0.8, 416.67}, {0.9, 937.50}, {0.95, 1979.17}};
-    for (const auto& [reflectance, wanted] : cases) {
-      const bool is_an_end = reflectance == 0.1 || reflectance == 0.95;
-      if (!is_an_end && !long_trials()) continue;
-      const Solution solution = solved(cube_with_a_ball(reflectance, 10000), fine(mesh_for_reflections, 1e-4));
+  // 5.8 asks for the average over the walls at 10 000 lm; the quadrature (2e-4) for indirect light at points, in units I/h² with
+  // h half the side. Both are linear in the flux, so one solution answers both.
+  TEST_CASE("CIE 171 5.8: indirect light in a cube of one reflectance, average and at six points within .5 %") {
+    const std::pair<double, double> averages[] = {{0.1, 11.57},  {0.3, 44.64},  {0.5, 104.17},  {0.7, 243.06},
+                                                  {0.8, 416.67}, {0.9, 937.50}, {0.95, 1979.17}};
+    const Vec2 places[] = {{0, 0}, {0.4, 0}, {0.8, 0}, {0.4, 0.4}, {0.8, 0.4}, {0.8, 0.8}};
+    const double half[] = {0.5632, 0.5596, 0.5397, 0.5520, 0.5220, 0.4686};
+    const double high[] = {10.041, 10.034, 9.994, 10.017, 9.951, 9.812};
+    const double h = 2, flux = 10000, unit = flux / (4 * std::numbers::pi * h * h);
+    std::vector<SensorPoint> points;
+    for (const Vec2& at : places) points.push_back({{h * at.x, h * at.y, -h}, {0, 0, 1}});
+    for (const auto& [reflectance, average] : averages) {
+      CAPTURE(reflectance);
+      const double* at_points = reflectance == 0.5 ? half : reflectance == 0.95 ? high : nullptr;
+      if (at_points == nullptr && !long_trials()) continue;
+      const Solution solution = solved(cube_with_a_ball(reflectance, flux), fine(mesh_for_reflections, 1e-4));
       double sum = 0, area = 0;  // of the walls alone
       for (const Patch& patch : solution.mesh->patches) {
         if (patch.surface.value >= 6 || patch.back) continue;
         for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
           sum += solution.mesh->elements[e].area * solution.indirect(e).x, area += solution.mesh->elements[e].area;
       }
-      MESSAGE("reflectance " << reflectance << ": " << sum / area << ", wanted " << wanted);
+      MESSAGE("reflectance " << reflectance << ": " << sum / area << ", wanted " << average);
       CHECK(area == doctest::Approx(96));
-      CHECK(sum / area == doctest::Approx(wanted).epsilon(most_error));
-    }
-  }
-
-  TEST_CASE("cube with an isotropic source: indirect light at six points within .5 %") {
-    // Unit I/h², h half the side; from a quadrature with error 2e-4.
-    const Vec2 places[] = {{0, 0}, {0.4, 0}, {0.8, 0}, {0.4, 0.4}, {0.8, 0.4}, {0.8, 0.8}};
-    const double half[] = {0.5632, 0.5596, 0.5397, 0.5520, 0.5220, 0.4686};
-    const double high[] = {10.041, 10.034, 9.994, 10.017, 9.951, 9.812};
-    const double h = 2;
-    std::vector<SensorPoint> points;
-    for (const Vec2& at : places) points.push_back({{h * at.x, h * at.y, -h}, {0, 0, 1}});
-    for (const double reflectance : {0.5, 0.95}) {
-      const Solution solution = solved(cube_with_a_ball(reflectance, 4 * std::numbers::pi * h * h), fine(mesh_for_reflections, 1e-4));
+      CHECK(sum / area == doctest::Approx(average).epsilon(most_error));
+      if (at_points == nullptr) continue;
       const std::vector<Rgb> light = light_at(solution, points);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const double direct = 1 / std::pow(1 + places[i].x * places[i].x + places[i].y * places[i].y, 1.5);
-        const double wanted = (reflectance == 0.5 ? half : high)[i];
-        MESSAGE("reflectance " << reflectance << ", point " << i << ": " << light[i].x - direct << ", wanted " << wanted);
+        MESSAGE("point " << i << ": " << light[i].x / unit - direct << ", wanted " << at_points[i]);
         // Of what a point gets in all: the lamp's ball differs from a point by less.
-        CHECK(light[i].x == doctest::Approx(direct + wanted).epsilon(most_error));
+        CHECK(light[i].x / unit == doctest::Approx(direct + at_points[i]).epsilon(most_error));
       }
     }
   }
