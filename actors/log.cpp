@@ -49,9 +49,10 @@ std::string text(const Event& event) {
             [](const MessageRefused& e) {
               const ShotFault& fault = e.fault;
               if (!fault.what) return fmt::format("cell {}: a message was refused", e.cell.value);
-              const std::string place = fault.patch == ShotFault::whole ? "" : fmt::format(", in its patch {}", fault.patch);
-              return fmt::format("cell {}: a shot of group {} in cell {} was refused: it has {}{}", e.cell.value, fault.group.value,
-                                 fault.shot.cell.value, fault.what, place);
+              const std::string place =
+                  fault.patch == ShotFault::whole ? "" : fmt::format(", in its patch {}", fault.patch);
+              return fmt::format("cell {}: a shot of group {} in cell {} was refused: it has {}{}", e.cell.value,
+                                 fault.group.value, fault.shot.cell.value, fault.what, place);
             }},
       event);
 }

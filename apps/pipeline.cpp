@@ -50,7 +50,8 @@ Status is_finite(const Solution& solution) {
       const std::uint32_t face = solution.scene->surfaces[patch.surface.value].source_face;
       return Error{ErrorCode::failed, "",
                    "the light of element " + std::to_string(e) + " in patch " + std::to_string(p) + ", of face " +
-                       std::to_string(face) + " of the scene, grew beyond all numbers: do faces lie in each other there?"};
+                       std::to_string(face) +
+                       " of the scene, grew beyond all numbers: do faces lie in each other there?"};
     }
   }
   return Done{};

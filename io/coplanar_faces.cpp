@@ -183,8 +183,8 @@ bool stays(const Scene& scene, std::uint32_t a, std::uint32_t b) {
 void note_overlap(const Scene& scene, const FaceNames& names, const Surface& stays, const Surface& cut, bool was_cut,
                   ImportReport& report) {
   const bool luminaire = scene.material_of(stays).emits() && !scene.material_of(cut).emits();
-  std::string line = names(stays) + (luminaire ? ": the luminaire" : ": the face") + " lies in the plane of the one in " +
-                     names(cut) + " and overlaps it";
+  std::string line = names(stays) + (luminaire ? ": the luminaire" : ": the face") +
+                     " lies in the plane of the one in " + names(cut) + " and overlaps it";
   if (was_cut)
     line += "; that one was cut out there";
   else
@@ -203,7 +203,8 @@ void cut_out(const Polygon& whole, const Surface& cover, double size, std::vecto
     pieces.push_back(std::move(piece));
   };
   for (std::size_t k = 0; k < cover.corners.size() && !rest.empty(); ++k) {
-    const Vec3 from = cover.corners[k] - origin, edge = cover.corners[(k + 1) % cover.corners.size()] - cover.corners[k];
+    const Vec3 from = cover.corners[k] - origin,
+               edge = cover.corners[(k + 1) % cover.corners.size()] - cover.corners[k];
     const double length = glm::length(edge);
     if (length <= rounding) continue;
     const Vec3 outwards = glm::cross(edge, cover.normal) / length;
@@ -215,9 +216,8 @@ void cut_out(const Polygon& whole, const Surface& cover, double size, std::vecto
 }
 
 bool within_lift(const Surface& a, const Surface& b, double lift) {
-  return std::all_of(b.corners.begin(), b.corners.end(), [&](const Vec3& corner) {
-    return std::abs(glm::dot(corner - a.corners[0], a.normal)) <= lift;
-  });
+  return std::all_of(b.corners.begin(), b.corners.end(),
+                     [&](const Vec3& corner) { return std::abs(glm::dot(corner - a.corners[0], a.normal)) <= lift; });
 }
 
 Surface piece_of(const Surface& whole, Polygon corners) {

@@ -70,9 +70,11 @@ bool sound(const Surface& s, const Scene& scene) {
 /// Name and number, from 1, of the first material or surface that can't be; empty when all can.
 std::string unsound_part(const Scene& scene) {
   const auto first = [&scene](const auto& parts) {
-    return std::find_if(parts.begin(), parts.end(), [&scene](const auto& part) { return !sound(part, scene); }) - parts.begin();
+    return std::find_if(parts.begin(), parts.end(), [&scene](const auto& part) { return !sound(part, scene); }) -
+           parts.begin();
   };
-  if (const auto m = first(scene.materials); m < std::ssize(scene.materials)) return "material " + std::to_string(m + 1);
+  if (const auto m = first(scene.materials); m < std::ssize(scene.materials))
+    return "material " + std::to_string(m + 1);
   if (const auto s = first(scene.surfaces); s < std::ssize(scene.surfaces)) return "surface " + std::to_string(s + 1);
   return {};
 }

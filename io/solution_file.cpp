@@ -45,8 +45,8 @@ void put_head(ByteWriter& to, const Head& h) {
   to.put(static_cast<std::uint8_t>(h.options.method));
   const SolveCounters& c = h.counters;
   for (const std::uint64_t value :
-       {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw, c.cells_skipped,
-        c.clusters_tested, c.clusters_hidden, c.clusters_cut})
+       {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
+        c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut})
     to.put(value);
   for (const double value :
        {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.seconds_radiosity})
@@ -62,8 +62,8 @@ bool get_head(ByteReader& from, Head& h) {
   from.get(method);
   SolveCounters& c = h.counters;
   for (std::uint64_t* value :
-       {&c.shots, &c.rays, &c.rays_saved, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes, &c.bitmap_bytes_raw,
-        &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
+       {&c.shots, &c.rays, &c.rays_saved, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes,
+        &c.bitmap_bytes_raw, &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
   for (double* value :
        {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.seconds_radiosity})
@@ -132,7 +132,8 @@ Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& hea
   std::vector<LitSides> lit;
   for (const char side : sides) lit.push_back({(side & 1) != 0, (side & 2) != 0});
   if (!is_plausible(scene, head)) return bad_input(path, "is damaged: its patch size does not fit its scene");
-  if (!is_plausible(fineness, head.elements)) return bad_input(path, "is damaged: its fine patches do not fit its elements");
+  if (!is_plausible(fineness, head.elements))
+    return bad_input(path, "is damaged: its fine patches do not fit its elements");
   const std::vector<std::uint8_t> fine(fineness.begin(), fineness.end());
   auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, lit, fine));
   if (mesh->elements.size() != head.elements || mesh_hash(*mesh) != head.mesh_hash)

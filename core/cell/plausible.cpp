@@ -7,8 +7,8 @@ namespace lichthof {
 
 namespace {
 
-constexpr std::size_t max_patches = 16;   // the mesher makes at most 4; room for other meshers
-constexpr std::size_t max_corners = 16;   // of one polygon: the kernels take 20, and cutting elements adds 4
+constexpr std::size_t max_patches = 16;  // the mesher makes at most 4; room for other meshers
+constexpr std::size_t max_corners = 16;  // of one polygon: the kernels take 20, and cutting elements adds 4
 constexpr double frame_tolerance = 1e-4;
 
 // W/m²; twice over it is still far from the end of single precision, and no lamp comes near (io reads radiances to 1e12).
@@ -28,10 +28,12 @@ bool plausible_polygon(const std::vector<Vec2>& corners) {
 /// @returns what can't be, or nullptr
 const char* fault_of(const ShotPatch& patch) {
   const std::size_t places = std::size_t{patch.columns} * patch.rows;
-  if (places < 1 || places > 16 || patch.delta.size() != places || patch.area.size() != places || patch.openness.size() != places)
+  if (places < 1 || places > 16 || patch.delta.size() != places || patch.area.size() != places ||
+      patch.openness.size() != places)
     return "arrays that do not fit its grid";
   if (!plausible_polygon(patch.corners) || !finite(patch.lo) || !finite(patch.hi)) return "an impossible outline";
-  if (!bounded(patch.reflected) || !bounded(patch.emitted) || !std::all_of(patch.delta.begin(), patch.delta.end(), bounded))
+  if (!bounded(patch.reflected) || !bounded(patch.emitted) ||
+      !std::all_of(patch.delta.begin(), patch.delta.end(), bounded))
     return "an impossible radiosity";
   if (!std::all_of(patch.area.begin(), patch.area.end(), [](float a) { return std::isfinite(a) && a >= 0; }))
     return "an impossible area";

@@ -17,7 +17,8 @@ namespace lichthof {
 Rgb Shot::power() const {
   Rgb power{0.0};
   for (const ShotPatch& patch : patches)
-    for (std::size_t k = 0; k < patch.area.size(); ++k) power += static_cast<double>(patch.area[k]) * Rgb{patch.delta[k]};
+    for (std::size_t k = 0; k < patch.area.size(); ++k)
+      power += static_cast<double>(patch.area[k]) * Rgb{patch.delta[k]};
   return power;
 }
 
@@ -41,7 +42,8 @@ std::vector<Surface> surfaces_in(const Scene& scene, const Box& box) {
       Vec3 direction{0.0};
       direction[axis] = 1;
       if (box.lo[axis] > whole.lo[axis]) corners = clipped(corners, direction, box.lo[axis] - margin, 0.0);
-      if (!corners.empty() && box.hi[axis] < whole.hi[axis]) corners = clipped(corners, -direction, -box.hi[axis] - margin, 0.0);
+      if (!corners.empty() && box.hi[axis] < whole.hi[axis])
+        corners = clipped(corners, -direction, -box.hi[axis] - margin, 0.0);
     }
     if (corners.empty()) continue;
     inside.push_back(surface);
@@ -67,7 +69,9 @@ Vec3 hemicube_centre(const Shot& shot) {
     const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
     for (std::size_t k = 0; k < patch.area.size(); ++k) {
       if (patch.area[k] <= 0) continue;
-      const Vec2 centre = patch.lo + step * (Vec2{static_cast<double>(k % patch.columns), static_cast<double>(k / patch.columns)} + 0.5);
+      const Vec2 centre =
+          patch.lo +
+          step * (Vec2{static_cast<double>(k % patch.columns), static_cast<double>(k / patch.columns)} + 0.5);
       places.push_back({centre, patch.openness[k] * patch.area[k], patch.area[k]});
       middle += places.back().open_area * centre;
       open_sum += places.back().open_area;
@@ -93,16 +97,10 @@ Vec3 hemicube_centre(const Shot& shot) {
 struct CellLight::Impl {
   Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& groups,
        const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
-      : scene(std::move(scene_)),
-        mesh(std::move(mesh_)),
-        options(options_),
-        parallel(std::move(parallel_)),
-        surfaces(surfaces_in(*scene, box)),
-        origin(local_origin()),
-        tree(receiver_tree(*mesh, lit_groups(groups), origin)),
-        rays(*scene, surfaces, origin, Glass::clear),
-        occluders(*scene, surfaces, origin, rays.offset()),
-        light(*mesh, tree),
+      : scene(std::move(scene_)), mesh(std::move(mesh_)), options(options_), parallel(std::move(parallel_)),
+        surfaces(surfaces_in(*scene, box)), origin(local_origin()),
+        tree(receiver_tree(*mesh, lit_groups(groups), origin)), rays(*scene, surfaces, origin, Glass::clear),
+        occluders(*scene, surfaces, origin, rays.offset()), light(*mesh, tree),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
     find_openness(tree, rays, mesh->options.patch_size, *parallel);
@@ -188,8 +186,8 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
   // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
-  const TransferScene scene{*impl_->mesh, impl_->tree, impl_->rays, impl_->occluders, impl_->outlines, impl_->options, impl_->origin,
-                            answers};
+  const TransferScene scene{*impl_->mesh,    impl_->tree,    impl_->rays,   impl_->occluders,
+                            impl_->outlines, impl_->options, impl_->origin, answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   if (!incoming) impl_->light.record_closure(shot, work.received);
   return work;
@@ -201,7 +199,8 @@ void CellLight::project(const Shot& shot, const Box& beyond, HemicubeBitmap& bit
     if (impl_->scene->material_of(surface).finish == Finish::glass) continue;
     // The shooter's own plane, which rounding may lift over its centre.
     const double height = glm::dot(shot.plane.normal, surface.corners[0] - shot.centre);
-    if (std::abs(glm::dot(shot.plane.normal, surface.normal)) > 1 - 1e-9 && std::abs(height) < impl_->rays.offset()) continue;
+    if (std::abs(glm::dot(shot.plane.normal, surface.normal)) > 1 - 1e-9 && std::abs(height) < impl_->rays.offset())
+      continue;
     if (can_not_shadow(surface.corners[0], surface.normal, shot.centre, beyond)) continue;
     lichthof::project(frame, surface.corners, bitmap);
   }
@@ -286,8 +285,8 @@ void CellLight::load(const Solution& solution) {
 
 std::size_t CellLight::memory_bytes() const {
   const Impl& i = *impl_;
-  std::size_t bytes = i.tree.memory_bytes() + i.light.memory_bytes() + i.rays.memory_bytes() + i.occluders.memory_bytes() +
-                      bytes_of_all(i.surfaces, i.outlines.outlines());
+  std::size_t bytes = i.tree.memory_bytes() + i.light.memory_bytes() + i.rays.memory_bytes() +
+                      i.occluders.memory_bytes() + bytes_of_all(i.surfaces, i.outlines.outlines());
   for (const Surface& surface : i.surfaces) bytes += bytes_of(surface.corners);
   for (const ElementOutlines::Outline& outline : i.outlines.outlines()) bytes += outline.corners.size() * sizeof(Vec3);
   return bytes + i.answers.bytes();

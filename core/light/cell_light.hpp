@@ -18,24 +18,25 @@ namespace lichthof {
 
 /// One shooting patch inside a shot: its polygon and what each of its places distributes.
 struct ShotPatch {
-  std::vector<Vec2> corners;          ///< plane coordinates of Shot (m)
-  std::uint8_t columns = 1, rows = 1; ///< places on the bounding rectangle lo..hi
+  std::vector<Vec2> corners;           ///< plane coordinates of Shot (m)
+  std::uint8_t columns = 1, rows = 1;  ///< places on the bounding rectangle lo..hi
   Vec2 lo, hi;
-  std::vector<Rgbf> delta;            ///< unshot radiosity per grid place, column fastest (W/m²), signed
-  std::vector<float> area;            ///< at each place (m²), 0 where the polygon leaves none
-  std::vector<float> openness;        ///< likewise, in [0, 1]: what stands for the patch is where it is open (core/light/openness)
-  Rgbf reflected{0.f};                ///< area mean of delta without emission; delta mean = reflected + emitted
-  Rgbf emitted{0.f};                  ///< own emission in this shot (W/m²): what makes it direct light
+  std::vector<Rgbf> delta;  ///< unshot radiosity per grid place, column fastest (W/m²), signed
+  std::vector<float> area;  ///< at each place (m²), 0 where the polygon leaves none
+  std::vector<float>
+      openness;         ///< likewise, in [0, 1]: what stands for the patch is where it is open (core/light/openness)
+  Rgbf reflected{0.f};  ///< area mean of delta without emission; delta mean = reflected + emitted
+  Rgbf emitted{0.f};    ///< own emission in this shot (W/m²): what makes it direct light
 };
 
 /// Sums over a cell from which the light still to come is estimated; those of all cells add up to the scene's.
 struct CellOutlook {
-  Rgb sent_w{0.0};        ///< Σ S A
-  Rgb received_w{0.0};    ///< Σ H A
-  Rgb unshot_w{0.0};      ///< Σ ΔB A
-  Rgb reflected_w{0.0};   ///< Σ ρ H A
-  Rgb white_area{0.0};    ///< Σ ρ A (m²)
-  double area = 0;        ///< m² of lit patches
+  Rgb sent_w{0.0};       ///< Σ S A
+  Rgb received_w{0.0};   ///< Σ H A
+  Rgb unshot_w{0.0};     ///< Σ ΔB A
+  Rgb reflected_w{0.0};  ///< Σ ρ H A
+  Rgb white_area{0.0};   ///< Σ ρ A (m²)
+  double area = 0;       ///< m² of lit patches
   void add(const CellOutlook& other);
 };
 
@@ -63,31 +64,31 @@ ExpectedLight expected_light(const CellOutlook& scene);
 struct Shot {
   ShotId id;
   SceneVersion version;
-  GroupId group;                      ///< who shoots
+  GroupId group;  ///< who shoots
   Plane plane;
-  std::vector<Vec2> corners;          ///< polygon of the whole group, plane coordinates
-  Vec3 centre;                        ///< the hemicube stands here (m)
-  double radius = 0;                  ///< m
-  double area = 0;                    ///< m²
+  std::vector<Vec2> corners;  ///< polygon of the whole group, plane coordinates
+  Vec3 centre;                ///< the hemicube stands here (m)
+  double radius = 0;          ///< m
+  double area = 0;            ///< m²
   std::vector<ShotPatch> patches;
   HemicubeFrame frame() const { return {centre, plane.u, plane.v, plane.normal}; }
   /// Power that leaves with this shot (W, signed per channel).
   Rgb power() const;
-  std::size_t wire_bytes() const;     ///< size of the shot's copy in a message
+  std::size_t wire_bytes() const;  ///< size of the shot's copy in a message
 };
 
 struct TransferWork {
-  std::uint64_t rays = 0;             ///< shadow rays answered
-  std::uint64_t rays_saved = 0;       ///< those answered without the ray tracer, see core/light/shadows
+  std::uint64_t rays = 0;        ///< shadow rays answered
+  std::uint64_t rays_saved = 0;  ///< those answered without the ray tracer, see core/light/shadows
   std::uint64_t form_factors = 0, clusters_tested = 0, clusters_hidden = 0, clusters_cut = 0;
-  Rgb received{0.0};                  ///< power that arrived in this cell (W)
+  Rgb received{0.0};  ///< power that arrived in this cell (W)
 };
 
 struct TransferOptions {
   TransferMethod method = TransferMethod::rays;
   std::uint32_t hemicube_resolution = 128;
-  double near_factor = 1.0;     ///< receivers nearer than this many patch radii see the elements one by one
-  double group_factor = 3.0;    ///< receivers beyond this many group radii see the group as one
+  double near_factor = 1.0;   ///< receivers nearer than this many patch radii see the elements one by one
+  double group_factor = 3.0;  ///< receivers beyond this many group radii see the group as one
   /// Clusters that could receive less than this share of a shot's power are skipped: share ≤ A / (π d²).
   double contribution_cut = 1e-5;
   /// Memory for what shadow rays answered to the cell's own shots, for when their groups shoot again (core/light/visibility_cache).
@@ -96,21 +97,21 @@ struct TransferOptions {
 
 /// Sums over the cell that the machines exchange (W, per channel).
 struct CellPower {
-  Rgb unshot{0.0};        ///< Σ (E + ρH - S) A
+  Rgb unshot{0.0};  ///< Σ (E + ρH - S) A
   Rgb unshot_absolute{0.0};
-  Rgb emitted{0.0};       ///< Σ E A
-  Rgb absorbed{0.0};      ///< Σ (1-ρ) H A
-  Rgb shot{0.0};          ///< Σ S A
-  Rgb received{0.0};      ///< Σ H A
-  double area = 0;        ///< m² of lit patches
+  Rgb emitted{0.0};   ///< Σ E A
+  Rgb absorbed{0.0};  ///< Σ (1-ρ) H A
+  Rgb shot{0.0};      ///< Σ S A
+  Rgb received{0.0};  ///< Σ H A
+  double area = 0;    ///< m² of lit patches
 };
 
 class CellLight {
  public:
   /// @param groups  the groups of the cell, any order; dormant ones are left out of the receivers
   /// @param box     the cell's box; surfaces are clipped to it for rays and bitmaps (an infinite box clips nothing)
-  CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups, const Box& box,
-            const TransferOptions& options, std::shared_ptr<const Parallel> parallel);
+  CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
+            const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel);
   ~CellLight();
   CellLight(CellLight&&) noexcept;
 
@@ -136,8 +137,8 @@ class CellLight {
   /// @param beyond  box around all cells still to come
   void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const;
 
-  void set_emission(std::uint32_t material, const Rgb& radiance);      ///< E moves, so unshot moves; no shot needed (§2.1)
-  void set_reflectance(std::uint32_t material, const Rgb& reflectance);///< ρ moves, H is kept (§2.1)
+  void set_emission(std::uint32_t material, const Rgb& radiance);  ///< E moves, so unshot moves; no shot needed (§2.1)
+  void set_reflectance(std::uint32_t material, const Rgb& reflectance);  ///< ρ moves, H is kept (§2.1)
 
   CellPower power() const;
   CellOutlook outlook() const;

@@ -63,7 +63,8 @@ void Radiosity::record_closure(const Shot& shot, const Rgb& received_w) {
   arrived_w_ += received_w;
   Rgb absolute_w{0.0};
   for (const ShotPatch& patch : shot.patches)
-    for (std::size_t k = 0; k < patch.area.size(); ++k) absolute_w += static_cast<double>(patch.area[k]) * glm::abs(Rgb{patch.delta[k]});
+    for (std::size_t k = 0; k < patch.area.size(); ++k)
+      absolute_w += static_cast<double>(patch.area[k]) * glm::abs(Rgb{patch.delta[k]});
   for (int c = 0; c < 3; ++c) {
     if (!(sent_w_[c] > 0) || !(absolute_w[c] > 0)) continue;
     const double excess = received_w[c] - std::min(1.0, arrived_w_[c] / sent_w_[c]) * sent_w[c];
@@ -222,7 +223,8 @@ CellPower Radiosity::power() const {
 
 std::size_t Radiosity::memory_bytes() const {
   std::size_t bytes = bytes_of_all(clusters, patches, local_group_of_);
-  for (int c = 0; c < 3; ++c) bytes += bytes_of_all(unshot_w_[c], whole_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
+  for (int c = 0; c < 3; ++c)
+    bytes += bytes_of_all(unshot_w_[c], whole_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
   return bytes;
 }
 

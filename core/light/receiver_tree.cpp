@@ -142,7 +142,8 @@ class Builder {
       const double step = 10 * tie_share * std::max(centres.size()[axis], 1e-300);
       const auto place = [&](const Bundle& bundle) { return step_of(bundle.centre[axis] - centres.lo[axis], step); };
       const std::size_t middle = first + (last - first) / 2;
-      std::nth_element(bundles.begin() + static_cast<std::ptrdiff_t>(first), bundles.begin() + static_cast<std::ptrdiff_t>(middle),
+      std::nth_element(bundles.begin() + static_cast<std::ptrdiff_t>(first),
+                       bundles.begin() + static_cast<std::ptrdiff_t>(middle),
                        bundles.begin() + static_cast<std::ptrdiff_t>(last), [&](const Bundle& a, const Bundle& b) {
                          return std::pair(place(a), a.groups[0]) < std::pair(place(b), b.groups[0]);
                        });
@@ -156,7 +157,8 @@ class Builder {
     node.cluster_count = clusters;
     for (int axis = 0; axis < 3; ++axis) node.lo[axis] = 3e38f, node.hi[axis] = -3e38f;
     for (std::uint32_t i = node.first_item; i < node.first_item + node.item_count; ++i)
-      for (std::uint32_t c = tree_.items[i].first_cluster; c < tree_.items[i].first_cluster + tree_.items[i].cluster_count; ++c)
+      for (std::uint32_t c = tree_.items[i].first_cluster;
+           c < tree_.items[i].first_cluster + tree_.items[i].cluster_count; ++c)
         for (int axis = 0; axis < 3; ++axis) {
           node.lo[axis] = std::min(node.lo[axis], tree_.clusters[c].lo[axis]);
           node.hi[axis] = std::max(node.hi[axis], tree_.clusters[c].hi[axis]);
@@ -185,7 +187,8 @@ class Builder {
       }
     }
     item.cluster_count = static_cast<std::uint32_t>(tree_.clusters.size()) - item.first_cluster;
-    for (std::uint32_t c = item.first_cluster; c < item.first_cluster + item.cluster_count; ++c) close(tree_.clusters[c]);
+    for (std::uint32_t c = item.first_cluster; c < item.first_cluster + item.cluster_count; ++c)
+      close(tree_.clusters[c]);
     tree_.items.push_back(item);
   }
 
@@ -205,7 +208,8 @@ class Builder {
       const auto local_patch = static_cast<std::uint16_t>(place - cluster.first_patch);
       const Vec3 point = plane.point(mesh_.elements[e].centre) - origin_;
       Receivers16& r = cluster.points;
-      r.x[lane] = static_cast<float>(point.x), r.y[lane] = static_cast<float>(point.y), r.z[lane] = static_cast<float>(point.z);
+      r.x[lane] = static_cast<float>(point.x), r.y[lane] = static_cast<float>(point.y),
+      r.z[lane] = static_cast<float>(point.z);
       r.nx[lane] = static_cast<float>(plane.normal.x), r.ny[lane] = static_cast<float>(plane.normal.y);
       r.nz[lane] = static_cast<float>(plane.normal.z);
       cluster.area[lane] = mesh_.elements[e].area;
@@ -236,7 +240,8 @@ class Builder {
       cluster.lo[axis] = *std::min_element(coordinate[axis], coordinate[axis] + 16);
       cluster.hi[axis] = *std::max_element(coordinate[axis], coordinate[axis] + 16);
     }
-    const std::uint32_t plane = mesh_.patches[tree_.patches[cluster.first_patch + cluster.patch[0]].mesh_patch].plane.value;
+    const std::uint32_t plane =
+        mesh_.patches[tree_.patches[cluster.first_patch + cluster.patch[0]].mesh_patch].plane.value;
     for (const std::uint16_t p : cluster.patch)
       cluster.planar &= mesh_.patches[tree_.patches[cluster.first_patch + p].mesh_patch].plane.value == plane;
   }

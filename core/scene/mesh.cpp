@@ -129,7 +129,8 @@ void extent_along(std::span<const Vec3> corners, int axis, double& lo, double& h
 }
 
 /// The pieces of a convex polygon in the blocks it crosses.
-std::vector<Polygon> block_pieces(const Polygon& whole, const std::array<std::vector<double>, 3>& lines, double tolerance) {
+std::vector<Polygon> block_pieces(const Polygon& whole, const std::array<std::vector<double>, 3>& lines,
+                                  double tolerance) {
   std::vector<Polygon> pieces{whole};
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<Polygon> cut;
@@ -182,9 +183,7 @@ class Cutter {
   static constexpr std::size_t max_group_corners = 10;
 
   Cutter(const Scene& scene, Mesh& mesh, const Box& box)
-      : scene_(scene),
-        mesh_(mesh),
-        tolerance_(1e-7 * std::max({box.size().x, box.size().y, box.size().z})),
+      : scene_(scene), mesh_(mesh), tolerance_(1e-7 * std::max({box.size().x, box.size().y, box.size().z})),
         planes_(std::max({box.size().x, box.size().y, box.size().z}), box.centre()) {}
 
   void cut_side(std::uint32_t surface_index, bool back, bool lit) {
@@ -224,7 +223,8 @@ class Cutter {
   }
 
   /// Cuts along the middle lines of the block, on the two axes the plane runs along, where the piece is long enough.
-  std::vector<Polygon> halves(const Polygon& polygon, const Vec3& normal, const std::array<std::uint16_t, 3>& block) const {
+  std::vector<Polygon> halves(const Polygon& polygon, const Vec3& normal,
+                              const std::array<std::uint16_t, 3>& block) const {
     int flat_axis = 0;
     for (int axis = 1; axis < 3; ++axis)
       if (exceeds(std::abs(normal[axis]), std::abs(normal[flat_axis]))) flat_axis = axis;
@@ -247,7 +247,8 @@ class Cutter {
   }
 
   CornerRange add_polygon(const Polygon& polygon, const Plane& plane) {
-    const CornerRange range{static_cast<std::uint32_t>(mesh_.corners.size()), static_cast<std::uint32_t>(polygon.size())};
+    const CornerRange range{static_cast<std::uint32_t>(mesh_.corners.size()),
+                            static_cast<std::uint32_t>(polygon.size())};
     for (const Vec3& corner : polygon) mesh_.corners.push_back(plane.coordinates(corner));
     return range;
   }
@@ -266,7 +267,8 @@ class Cutter {
     for (const Vec3& c : polygon) patch.radius = std::max(patch.radius, glm::length(c - patch.centre));
     patch.polygon = add_polygon(polygon, plane);
     patch.lo = Vec2{1e300}, patch.hi = Vec2{-1e300};
-    for (const Vec2& c : mesh_.polygon(patch.polygon)) patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
+    for (const Vec2& c : mesh_.polygon(patch.polygon))
+      patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
     choose_grid(patch);
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
     add_elements(patch);
@@ -325,7 +327,8 @@ class Cutter {
     const std::uint8_t high = is_tiled ? tile : patch.rows, wide = is_tiled ? tile : patch.columns;
     for (std::uint8_t top = 0; top < patch.rows; top = static_cast<std::uint8_t>(top + high))
       for (std::uint8_t left = 0; left < patch.columns; left = static_cast<std::uint8_t>(left + wide))
-        add_elements(patch, left, std::min<int>(left + wide, patch.columns), top, std::min<int>(top + high, patch.rows));
+        add_elements(patch, left, std::min<int>(left + wide, patch.columns), top,
+                     std::min<int>(top + high, patch.rows));
   }
 
   void add_elements(const Patch& patch, int left, int right, int top, int bottom) {
@@ -390,7 +393,8 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
   const double extent = std::max({box.size().x, box.size().y, box.size().z});
   if (mesh.options.patch_size <= 0) {
     const double total = std::max(lit_area(scene, lit), 1e-12 * extent * extent);
-    mesh.options.patch_size = options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
+    mesh.options.patch_size =
+        options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
   }
   if (mesh.options.element_size <= 0) mesh.options.element_size = mesh.options.patch_size / 4;
   for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, 2 * mesh.options.patch_size);

@@ -131,7 +131,8 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
     } else {
       const Rgb diffuse = reflectance_at(trace.scene(), surface, at.point), share = specular_share(material, diffuse);
       const bool is_specular = max_channel(share) > 0;
-      if (distance < near_ && !is_specular && bounce + 1 < most_bounces && max_channel(throughput * diffuse) >= least_throughput) {
+      if (distance < near_ && !is_specular && bounce + 1 < most_bounces &&
+          max_channel(throughput * diffuse) >= least_throughput) {
         // Too near: light this point itself, and look on from it. What would not matter any more takes what the element says:
         // dropped, it would be missing in every corner.
         throughput *= diffuse;

@@ -24,7 +24,8 @@ struct Cut {
   }
   void cut() {
     number_faces();
-    cut_overlaps(scene, [](const Surface& s) { return "face " + std::to_string(s.source_face); }, report);
+    cut_overlaps(
+        scene, [](const Surface& s) { return "face " + std::to_string(s.source_face); }, report);
   }
   double area_of(std::uint32_t face) const {
     double sum = 0;
@@ -46,8 +47,9 @@ TEST_SUITE("io") {
         add_rectangle(c.scene, {1, 1, lift}, opposite ? v : u, opposite ? u : v, c.grey);
         c.cut();
         CHECK(c.report.coplanar_overlaps == 1);
-        CHECK(c.report.notes == std::vector<std::string>{"face 2: the face lies in the plane of the one in face 1 and overlaps it; that "
-                                                         "one was cut out there"});
+        CHECK(c.report.notes ==
+              std::vector<std::string>{"face 2: the face lies in the plane of the one in face 1 and overlaps it; that "
+                                       "one was cut out there"});
         CHECK(c.area_of(1) == doctest::Approx(14).epsilon(hair));
         CHECK(c.area_of(2) == 2);
         CHECK(c.report.surfaces_made == c.scene.surfaces.size());

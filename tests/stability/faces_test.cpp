@@ -43,11 +43,15 @@ Solution solution_of(const Scene& scene, double eps = 1e-4) {
   return solved(std::make_shared<const Scene>(scene), wanted);
 }
 
-std::vector<Rgb> light_in(const Solution& solution) { return light_at(solution, points_inside(room_lo, room_hi, places)); }
+std::vector<Rgb> light_in(const Solution& solution) {
+  return light_at(solution, points_inside(room_lo, room_hi, places));
+}
 
 /// The energy that the ledger can't account for, as a share of all light that arrived in a room of one reflectance: what the
 /// midpoint rule makes and loses on this mesh.
-double share_made_or_lost(const Solution& s, double reflectance) { return std::abs(s.energy.residual()) * (1 - reflectance); }
+double share_made_or_lost(const Solution& s, double reflectance) {
+  return std::abs(s.energy.residual()) * (1 - reflectance);
+}
 constexpr double midpoint_error = 0.01;
 
 }  // namespace
@@ -95,7 +99,8 @@ TEST_SUITE("stability") {
     for (const Scene& scene : {touching.scene, crossing.scene}) {
       const Solution found = solution_of(through_file(scene).scene);
       const double difference = rms_difference(light_in(found), light_in(wanted));
-      MESSAGE("difference " << difference << ", residual " << found.energy.residual() << " and " << wanted.energy.residual());
+      MESSAGE("difference " << difference << ", residual " << found.energy.residual() << " and "
+                            << wanted.energy.residual());
       CHECK(difference < 0.01);
       CHECK(share_made_or_lost(found, 0.7) < midpoint_error);
     }
@@ -114,14 +119,16 @@ TEST_SUITE("stability") {
     CHECK(loaded.report.coplanar_overlaps == 1);
     const Solution in_plane = solution_of(loaded.scene), hung = solution_of(through_file(below.scene).scene);
     const double difference = rms_difference(light_in(in_plane), light_in(in_hole));
-    MESSAGE("in the plane against in a hole: " << difference << "; 1 mm below: " << rms_difference(light_in(hung), light_in(in_hole)));
+    MESSAGE("in the plane against in a hole: " << difference << "; 1 mm below: "
+                                               << rms_difference(light_in(hung), light_in(in_hole)));
     CHECK(difference < 0.005);
     CHECK(rms_difference(light_in(hung), light_in(in_hole)) < 0.005);
     // In any closed room of one reflectance the indirect light is ρΦ/(S(1-ρ)) on average.
     const double phi = 10 * std::numbers::pi, s = 2 * 16 + 4 * 12;
     const double exact = reflectance * phi / (s * (1 - reflectance));
     MESSAGE("mean indirect light over exact: " << mean_indirect(in_plane) / exact);
-    CHECK(mean_indirect(in_plane) == doctest::Approx(exact).epsilon(0.02));  // groups shoot their mean: docs/stability.md
+    CHECK(mean_indirect(in_plane) ==
+          doctest::Approx(exact).epsilon(0.02));  // groups shoot their mean: docs/stability.md
   }
 
   TEST_CASE("stability: slivers of 1 : 1e6 in floor and walls change nothing") {
@@ -147,7 +154,8 @@ TEST_SUITE("stability") {
     add_polygon(cut.scene, {apex, last, {0, 4, 3}, {0, 0, 3}}, clean.wall);
     const Solution wanted = solution_of(clean.scene), found = solution_of(through_file(cut.scene).scene);
     const double difference = rms_difference(light_in(found), light_in(wanted));
-    MESSAGE("difference " << difference << ", residual " << found.energy.residual() << " and " << wanted.energy.residual());
+    MESSAGE("difference " << difference << ", residual " << found.energy.residual() << " and "
+                          << wanted.energy.residual());
     CHECK(difference < 0.01);
   }
 }

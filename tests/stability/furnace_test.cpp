@@ -21,8 +21,9 @@ double worst_in_furnace(double reflectance, const CellPosition& cells, double ep
   double worst = 0;
   for (const Rgb& light : light_at(solution, points_inside(Vec3{0.0}, Vec3{1.0}, places)))
     for (int c = 0; c < 3; ++c) worst = std::max(worst, std::abs(light[c] / furnace.total() - 1));
-  MESSAGE("reflectance " << reflectance << ", cells " << cells[0] << "x" << cells[1] << "x" << cells[2] << ", eps " << eps << ": worst "
-                         << worst << ", " << solution.counters.shots << " shots, residual " << solution.energy.residual());
+  MESSAGE("reflectance " << reflectance << ", cells " << cells[0] << "x" << cells[1] << "x" << cells[2] << ", eps "
+                         << eps << ": worst " << worst << ", " << solution.counters.shots << " shots, residual "
+                         << solution.energy.residual());
   return worst;
 }
 
@@ -30,7 +31,8 @@ double worst_in_furnace(double reflectance, const CellPosition& cells, double ep
 
 TEST_SUITE("stability") {
   TEST_CASE("stability: furnaces of reflectance .5, .9 and .99 are uniform within 1e-5 at every point") {
-    for (const double reflectance : {0.5, 0.9, 0.99}) CHECK(worst_in_furnace(reflectance, {1, 1, 1}, 1e-7) < furnace_error);
+    for (const double reflectance : {0.5, 0.9, 0.99})
+      CHECK(worst_in_furnace(reflectance, {1, 1, 1}, 1e-7) < furnace_error);
     for (const CellPosition& cells : {CellPosition{2, 2, 1}, CellPosition{2, 2, 2}})
       for (const double reflectance : {0.5, 0.9}) CHECK(worst_in_furnace(reflectance, cells, 1e-7) < furnace_error);
     if (long_trials())

@@ -48,7 +48,8 @@ TEST_SUITE("stability") {
   TEST_CASE("stability: a luminous ceiling") {
     auto scene = std::make_shared<Scene>();
     const double reflectance = 0.5;
-    const std::uint32_t wall = add_material(*scene, diffuse(reflectance)), sky = add_material(*scene, luminous(100, reflectance));
+    const std::uint32_t wall = add_material(*scene, diffuse(reflectance)),
+                        sky = add_material(*scene, luminous(100, reflectance));
     add_box(*scene, {0, 0, 0}, {10, 6, 3}, wall, true);
     scene->surfaces.back().material = sky;
     Wanted wanted;

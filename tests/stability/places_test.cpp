@@ -17,11 +17,13 @@ struct Lit {
 
 Lit lit(const Carriage& carriage) {
   Wanted wanted;
-  wanted.patch_size = 0.9 * carriage.size;  // no edge is a round number of patches long: rounding must not choose the mesh
+  wanted.patch_size =
+      0.9 * carriage.size;  // no edge is a round number of patches long: rounding must not choose the mesh
   wanted.eps = 1e-3;
   const auto scene = carried(*two_rooms(), carriage);
   Solution solution = solved(scene, wanted);
-  std::vector<Rgb> at_points = light_without_chance(solution, carried(points_inside(near_corner, far_corner, places), carriage));
+  std::vector<Rgb> at_points =
+      light_without_chance(solution, carried(points_inside(near_corner, far_corner, places), carriage));
   return {std::move(solution), std::move(at_points)};
 }
 

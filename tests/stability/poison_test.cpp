@@ -20,7 +20,8 @@ using namespace lichthof::test;
 
 namespace {
 
-constexpr double no_number = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+constexpr double no_number = std::numeric_limits<double>::quiet_NaN(),
+                 infinity = std::numeric_limits<double>::infinity();
 constexpr const char* poisons[] = {"nan", "-nan", "inf", "-inf", "1e999"};
 
 const std::string good_mtl = "newmtl m\nKd 0.5 0.5 0.5\nKe 1 1 1\n";
@@ -59,9 +60,9 @@ TEST_SUITE("stability") {
       CAPTURE(poison);
       for (const std::string& line :
            std::vector<std::string>{"[mesh]\npatch = " + poison, "[mesh]\nelement = " + poison,
-            "[[camera]]\nname = \"c\"\neye = [0, " + poison + ", 0]\ntarget = [1, 1, 1]",
-            "[[material]]\nname = \"m\"\nemission = [1, 1, " + poison + "]",
-            "[[material]]\nname = \"m\"\nreflectance = [1, 1, " + poison + "]"}) {
+                                    "[[camera]]\nname = \"c\"\neye = [0, " + poison + ", 0]\ntarget = [1, 1, 1]",
+                                    "[[material]]\nname = \"m\"\nemission = [1, 1, " + poison + "]",
+                                    "[[material]]\nname = \"m\"\nreflectance = [1, 1, " + poison + "]"}) {
         const std::string text = "[[part]]\nfile = \"s.obj\"\n" + line + "\n";
         check_error(io::read_scene(folder.write("s.toml", text)), toml, "expects");
       }
@@ -70,8 +71,9 @@ TEST_SUITE("stability") {
 
   TEST_CASE("stability: a number next to nothing is taken for what it is") {
     const ScratchFolder folder;
-    const auto loaded = read(folder, "mtllib s.mtl\nusemtl m\nv 1e-320 0 0\nv 1 1e-310 0\nv 1 1 5e-324\nv 0 1 0\nf 1 2 3 4\n",
-                             "newmtl m\nKd 1e-320 0.5 0.5\nKe 1 1e-320 1\n");
+    const auto loaded =
+        read(folder, "mtllib s.mtl\nusemtl m\nv 1e-320 0 0\nv 1 1e-310 0\nv 1 1 5e-324\nv 0 1 0\nf 1 2 3 4\n",
+             "newmtl m\nKd 1e-320 0.5 0.5\nKe 1 1e-320 1\n");
     REQUIRE(loaded);
     CHECK(loaded->scene.surfaces[0].area == doctest::Approx(1));
     Wanted wanted;
@@ -105,18 +107,20 @@ TEST_SUITE("stability") {
       for (const int column : {0, 2, 5}) {
         std::string row;
         for (int k = 0; k < 6; ++k) row += (k ? "," : "") + (k == column ? poison : std::string(k == 4 ? "1" : "0"));
-        check_error(io::read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n" + row + "\n"), {}), folder / "p.csv:3",
-                    "no number");
+        check_error(io::read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n" + row + "\n"), {}),
+                    folder / "p.csv:3", "no number");
       }
     // Next to nothing is no direction.
-    check_error(io::read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,1e-320\n"), {}), folder / "p.csv:2", "no length");
+    check_error(io::read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n0,0,0,0,0,1e-320\n"), {}), folder / "p.csv:2",
+                "no length");
     CHECK(io::read_points(folder.write("p.csv", "x,y,z,nx,ny,nz\n1e-320,0,0,0,0,1\n"), {}));
   }
 
   TEST_CASE("stability: a solution file with light that is no number names array, element and patch") {
     const ScratchFolder folder;
     const Solution good = small_solution();
-    for (const float poison : {static_cast<float>(no_number), static_cast<float>(infinity), -static_cast<float>(infinity)}) {
+    for (const float poison :
+         {static_cast<float>(no_number), static_cast<float>(infinity), -static_cast<float>(infinity)}) {
       Solution bad = good;
       bad.shot[17].y = poison;
       REQUIRE(io::write_solution(folder / "bad.lht", bad));
@@ -197,7 +201,8 @@ TEST_SUITE("stability") {
     CHECK(fault(spoils[0].with, 1e-40).what == nullptr);
   }
 
-  TEST_CASE("stability: a change of light or reflectance that is no number is refused before it gets a number of its own") {
+  TEST_CASE(
+      "stability: a change of light or reflectance that is no number is refused before it gets a number of its own") {
     for (const double poison : {no_number, infinity, -infinity, -1e-320}) {
       CHECK_FALSE(plausible(GeometryChange{{}, SetEmission{0, Rgb{1, poison, 1}}}));
       CHECK_FALSE(plausible(GeometryChange{{}, SetReflectance{0, Rgb{0.5, 0.5, poison}}}));
@@ -212,7 +217,8 @@ TEST_SUITE("stability") {
       for (const std::uint8_t flip : {0x01, 0x80, 0xff}) {
         std::vector<std::uint8_t> bad = good;
         bad[i] ^= flip;
-        if (const auto bitmap = unpacked(bad)) CHECK(bitmap->words().size() == HemicubeBitmap(bitmap->resolution()).words().size());
+        if (const auto bitmap = unpacked(bad))
+          CHECK(bitmap->words().size() == HemicubeBitmap(bitmap->resolution()).words().size());
       }
   }
 }

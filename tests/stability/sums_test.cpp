@@ -24,7 +24,8 @@ std::shared_ptr<const Scene> huge_and_tiny(std::size_t tiles) {
   scene->surfaces.reserve(scene->surfaces.size() + 2 * along * along);
   for (std::size_t i = 0; i < along; ++i)
     for (std::size_t k = 0; k < along; ++k) {
-      const Vec3 a{1.5 + static_cast<double>(i) * edge, 1.5 + static_cast<double>(k) * edge, 0.8}, x{edge, 0, 0}, y{0, edge, 0};
+      const Vec3 a{1.5 + static_cast<double>(i) * edge, 1.5 + static_cast<double>(k) * edge, 0.8}, x{edge, 0, 0},
+          y{0, edge, 0};
       add_polygon(*scene, {a, a + x, a + x + y}, wall);
       add_polygon(*scene, {a, a + x + y, a + y}, wall);
     }
@@ -69,7 +70,8 @@ TEST_SUITE("stability") {
       wanted.eps = eps;
       const Solution early = solved(scene, mesh, wanted);
       const double difference = rms_difference(element_light(early), element_light(far));
-      MESSAGE("eps " << eps << ": " << early.counters.shots << " shots, " << difference << " from the end after " << far.counters.shots);
+      MESSAGE("eps " << eps << ": " << early.counters.shots << " shots, " << difference << " from the end after "
+                     << far.counters.shots);
       CHECK(difference < 200 * eps);  // every group may keep eps of the largest one's power: as for the order of shots
     }
     CHECK(std::abs(far.energy.unshot) < 1e-6 * far.energy.emitted);

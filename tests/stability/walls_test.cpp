@@ -49,7 +49,8 @@ Leak leak(const Scene& scene, const Carriage& carriage, const CellPosition& cell
   std::vector<SensorPoint> points = points_inside(inner_lo, inner_hi, places);
   points.push_back({0.5 * (inner_lo + inner_hi), {0.3, -0.8, 0.5}});
   const Solution lit = solved(there, wanted);
-  for (const Rgb& light : light_at(lit, carried(points, carriage))) leak.points = std::max(leak.points, max_channel(light));
+  for (const Rgb& light : light_at(lit, carried(points, carriage)))
+    leak.points = std::max(leak.points, max_channel(light));
   return leak;
 }
 

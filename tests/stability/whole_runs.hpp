@@ -29,7 +29,7 @@ inline bool long_trials() {
 }
 
 struct Wanted {
-  double patch_size = 0;               ///< m; 0: from `elements`
+  double patch_size = 0;  ///< m; 0: from `elements`
   std::uint32_t elements = 1500;
   CellPosition cells{1, 1, 1};
   double eps = 5e-4;
@@ -47,7 +47,8 @@ inline std::shared_ptr<const Mesh> lit_mesh(const Scene& scene, const Wanted& wa
   return std::make_shared<const Mesh>(mesh_of(scene, options, lit_sides(scene, rays, block, Parallel(wanted.threads))));
 }
 
-inline Solution solved(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Mesh>& mesh, const Wanted& wanted) {
+inline Solution solved(const std::shared_ptr<const Scene>& scene, const std::shared_ptr<const Mesh>& mesh,
+                       const Wanted& wanted) {
   CellsWanted cells;
   cells.count = wanted.cells[0] * wanted.cells[1] * wanted.cells[2];
   cells.along = wanted.cells;
@@ -70,7 +71,8 @@ inline Solution solved(const std::shared_ptr<const Scene>& scene, const Wanted& 
 }
 
 /// What `lichthof probe` writes.
-inline std::vector<Rgb> light_at(const Solution& solution, std::span<const SensorPoint> points, const ProbeOptions& options = {}) {
+inline std::vector<Rgb> light_at(const Solution& solution, std::span<const SensorPoint> points,
+                                 const ProbeOptions& options = {}) {
   std::uint64_t rays = 0;
   return sensor_irradiance(std::make_shared<LitScene>(solution), points, options, Parallel(1), rays);
 }
@@ -113,7 +115,8 @@ inline std::vector<SensorPoint> carried(std::vector<SensorPoint> points, const C
 inline double rms_difference(std::span<const Rgb> a, std::span<const Rgb> b) {
   REQUIRE(a.size() == b.size());
   double difference = 0, whole = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) difference += glm::dot(a[i] - b[i], a[i] - b[i]), whole += glm::dot(b[i], b[i]);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference += glm::dot(a[i] - b[i], a[i] - b[i]), whole += glm::dot(b[i], b[i]);
   return std::sqrt(difference / whole);
 }
 

@@ -21,7 +21,7 @@ void add_ball(Scene& scene, const Vec3& centre, double r, std::uint32_t material
       for (const double sz : {-1.0, 1.0}) {
         const auto at = [&](int i, int k) { return point({sx * i, sy * k, sz * (parts - i - k)}); };
         const auto triangle = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
-          sx * sy * sz > 0 ? add_polygon(scene, {a, b, c}, material) : add_polygon(scene, {a, c, b}, material);
+          sx* sy* sz > 0 ? add_polygon(scene, {a, b, c}, material) : add_polygon(scene, {a, c, b}, material);
         };
         for (int i = 0; i < parts; ++i)
           for (int k = 0; i + k < parts; ++k) {
@@ -60,7 +60,8 @@ TEST_SUITE("validation") {
     std::vector<SensorPoint> points;
     std::vector<double> wanted;
     for (int k = 0; k < 6; ++k) points.push_back({{2, 0, 2.75 - 0.5 * k}, {0, 1, 0}}), wanted.push_back(walls[k]);
-    for (int k = 0; k < 8; ++k) points.push_back({{2, 0.25 + 0.5 * k, 0}, {0, 0, 1}}), wanted.push_back(floor[k < 4 ? k : 7 - k]);
+    for (int k = 0; k < 8; ++k)
+      points.push_back({{2, 0.25 + 0.5 * k, 0}, {0, 0, 1}}), wanted.push_back(floor[k < 4 ? k : 7 - k]);
     const std::vector<Rgb> light = light_at(solution, points);
     for (std::size_t i = 0; i < points.size(); ++i) CHECK(light[i].x == doctest::Approx(wanted[i]).epsilon(most_error));
   }
