@@ -127,8 +127,7 @@ TEST_SUITE("stability") {
     const double phi = 10 * std::numbers::pi, s = 2 * 16 + 4 * 12;
     const double exact = reflectance * phi / (s * (1 - reflectance));
     MESSAGE("mean indirect light over exact: " << mean_indirect(in_plane) / exact);
-    CHECK(mean_indirect(in_plane) ==
-          doctest::Approx(exact).epsilon(0.02));  // groups shoot their mean: docs/stability.md
+    CHECK(std::abs(mean_indirect(in_plane) / exact - 1) < 0.02);  // groups shoot their mean: docs/stability.md
   }
 
   TEST_CASE("stability: slivers of 1 : 1e6 in floor and walls change nothing") {

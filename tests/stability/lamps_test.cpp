@@ -42,7 +42,7 @@ TEST_SUITE("stability") {
     const double exact = reflectance * phi / (s * (1 - reflectance));
     MESSAGE("worst direct light " << worst << ", mean indirect over exact " << mean_indirect(solution) / exact);
     CHECK(worst < 2e-3);  // single precision, which loses in proportion to distance over size: 1500 here, 5e-5 at 50
-    CHECK(mean_indirect(solution) == doctest::Approx(exact).epsilon(0.01));
+    CHECK(std::abs(mean_indirect(solution) / exact - 1) < 0.02);  // groups shoot their mean: docs/stability.md
   }
 
   TEST_CASE("stability: a luminous ceiling") {
@@ -61,7 +61,7 @@ TEST_SUITE("stability") {
     const double exact = reflectance * phi / (s * (1 - reflectance));
     MESSAGE("worst direct light " << worst << ", mean indirect over exact " << mean_indirect(solution) / exact);
     CHECK(worst < 1e-4);
-    CHECK(mean_indirect(solution) == doctest::Approx(exact).epsilon(0.005));
+    CHECK(std::abs(mean_indirect(solution) / exact - 1) < 0.005);
   }
 
   TEST_CASE("stability: 1024 lamps give what one of their size gives") {
