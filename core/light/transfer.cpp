@@ -20,6 +20,27 @@ float distance_to_box(const FlatShooter& f, const float (&lo)[3], const float (&
   return std::sqrt(square);
 }
 
+/// How finely receivers that are not near see the emission of a luminaire.
+enum class Detail { elements, patches, group };
+
+/// Element by element, for its shadow edges carry most of a picture's detail: but a luminaire of many patches is sampled well
+/// enough by those, and a luminous ceiling by its groups. So the rays of a receiver stay some hundred however small elements
+/// are, and the work grows with the receivers alone.
+Detail detail_of_luminaire(const Mesh& mesh, GroupId id) {
+  constexpr std::uint32_t enough = 32;
+  const Group& own = mesh.groups[id.value];
+  const auto is_part = [&](std::uint32_t g) {
+    return mesh.groups[g].surface == own.surface && mesh.groups[g].back == own.back;
+  };
+  // The groups of a side lie one after the other.
+  std::uint32_t first = id.value, last = id.value + 1;
+  while (first > 0 && is_part(first - 1)) --first;
+  while (last < mesh.groups.size() && is_part(last)) ++last;
+  std::uint32_t patches = 0;
+  for (std::uint32_t g = first; g < last; ++g) patches += mesh.groups[g].patch_count;
+  return last - first >= enough ? Detail::group : patches >= enough ? Detail::patches : Detail::elements;
+}
+
 /// One shot as all tasks see it.
 struct ShotView {
   ShotView(const Shot& shot, const HemicubeBitmap* incoming_, const TransferScene& scene, const Parallel& parallel)
@@ -33,6 +54,7 @@ struct ShotView {
       normal[axis] = static_cast<float>(frame.normal[axis]);
     }
     plane = centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2];
+    if (local.emits) emission = detail_of_luminaire(scene.mesh, shot.group);
     if (scene.options.method == TransferMethod::hemicube)
       items.emplace(shot, scene.outlines, incoming, scene.options.hemicube_resolution, parallel);
     else
@@ -48,6 +70,7 @@ struct ShotView {
 
   LocalShot local;
   const HemicubeBitmap* incoming;
+  Detail emission = Detail::elements;
   std::optional<ShadowShooter> shadows;
   std::optional<ItemVisibility> items;  ///< method `hemicube`, instead of shadows
   float offset, plane = 0;
@@ -115,7 +138,9 @@ class IslandTask {
   bool skipped(const ReceiverNode& node) {
     if (view_.behind(node.lo, node.hi)) return true;
     if (!shadows_ || node.cluster_count < clusters_worth_a_test) return false;
-    const auto hides = [&] { return shadows_->hide(box_of(node), node.cluster_count >= clusters_worth_a_ray) ? 1u : 0u; };
+    const auto hides = [&] {
+      return shadows_->hide(box_of(node), node.cluster_count >= clusters_worth_a_ray) ? 1u : 0u;
+    };
     if (answers_.answer(hides) == 0) return false;
     work_.clusters_hidden += node.cluster_count;
     return true;
@@ -145,24 +170,28 @@ class IslandTask {
       return;
     }
     shadows_->enter_cluster(box_of(cluster));
-    // Reflected light: the level of detail follows from the distance alone. It must never change from shot to shot: what a
-    // receiver got of single elements earlier would not fit what it gets of their mean later.
+    // The level of detail follows from the distance alone. It must never change from shot to shot: what a receiver got of single
+    // elements earlier would not fit what it gets of their mean later.
     const TransferOptions& options = scene_.options;
     const bool near_group = group_distance <= static_cast<float>(options.group_factor) * shot_.group.radius;
     shadows_->enter_part(nullptr);
-    if (!near_group && shot_.reflects) add(cluster, index, shot_.group, Part::reflected);
-    if (!near_group && !shot_.emits) return;
+    const bool group_reflects = !near_group && shot_.reflects;
+    const bool group_emits = !near_group && shot_.emits && view_.emission == Detail::group;
+    if (group_reflects || group_emits) add(cluster, index, shot_.group, part(group_reflects, group_emits));
+    const bool reflects = shot_.reflects && !group_reflects, emits = shot_.emits && !group_emits;
+    if (!reflects && !emits) return;
     for (std::size_t p = 0; p < shot_.patches.size(); ++p) {
       const FlatSource& patch = shot_.patches[p];
       shadows_->enter_part(&patch.box);
       const bool near = near_group && distance_to_box(patch.flat, cluster.lo, cluster.hi) <=
                                           static_cast<float>(1 + options.near_factor) * patch.radius;
-      if (near_group && !near && shot_.reflects) add(cluster, index, patch, Part::reflected);
-      // A luminaire is always seen element by element: its shadow edges carry most of the picture's detail.
-      if (!shot_.emits && !near) continue;
-      const Part part = !shot_.emits ? Part::reflected : near && shot_.reflects ? Part::both : Part::emitted;
+      const bool patch_reflects = reflects && !near;
+      const bool patch_emits = emits && !near && view_.emission != Detail::elements;
+      if (patch_reflects || patch_emits) add(cluster, index, patch, part(patch_reflects, patch_emits));
+      const bool elements_reflect = reflects && !patch_reflects, elements_emit = emits && !patch_emits;
+      if (!elements_reflect && !elements_emit) continue;
       for (std::uint32_t e = shot_.first_element[p]; e < shot_.first_element[p + 1]; ++e)
-        add(cluster, index, shot_.elements[e], part);
+        add(cluster, index, shot_.elements[e], part(elements_reflect, elements_emit));
     }
   }
 
@@ -170,8 +199,7 @@ class IslandTask {
   void receive_by_items(const Cluster& cluster, std::uint32_t index) {
     for (std::size_t p = 0; p < shot_.patches.size(); ++p) {
       item_patch_ = p;
-      const Part part = !shot_.emits ? Part::reflected : shot_.reflects ? Part::both : Part::emitted;
-      add(cluster, index, shot_.patches[p], part);
+      add(cluster, index, shot_.patches[p], part(shot_.reflects, shot_.emits));
     }
   }
 
@@ -190,7 +218,8 @@ class IslandTask {
   bool can_not_matter(const Cluster& cluster, float distance) const {
     const float nearest = distance - shot_.group.radius;
     constexpr float pi = 3.14159265f;
-    return nearest > 0 && cluster.total_area < static_cast<float>(scene_.options.contribution_cut) * pi * nearest * nearest;
+    return nearest > 0 &&
+           cluster.total_area < static_cast<float>(scene_.options.contribution_cut) * pi * nearest * nearest;
   }
 
   bool faces_away(const Cluster& cluster) const {
@@ -201,6 +230,9 @@ class IslandTask {
   }
 
   enum class Part { reflected, emitted, both };
+  static Part part(bool reflects, bool emits) {
+    return !emits ? Part::reflected : reflects ? Part::both : Part::emitted;
+  }
 
   /// Transfer from one polygon into one cluster.
   void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Part part) {
@@ -228,8 +260,10 @@ class IslandTask {
     std::uint32_t seen = form_factors(cluster, index, source);
     if (seen != 0 && view_.incoming) seen = apply_bitmap(cluster, seen);
     if (seen == 0) return 0;
-    if (view_.items) look_up_items(cluster, seen);
-    else shadows_->cast(factors_, seen);
+    if (view_.items)
+      look_up_items(cluster, seen);
+    else
+      shadows_->cast(factors_, seen);
     std::uint32_t blocked = 0;
     for (int lane = 0; lane < 16; ++lane) blocked |= (factors_.segments.tfar[lane] < 0.f ? 1u : 0u) << lane;
     return seen & ~blocked;
@@ -323,8 +357,10 @@ TransferWork transfer(const Shot& shot, const HemicubeBitmap* incoming, const Tr
   std::vector<TransferWork> parts(islands.size());
   parallel.for_each(islands.size(), [&](std::size_t i) {
     IslandAnswers answers;
-    if (known) answers.read(known->of_island(i));
-    else if (noted) answers.note_in(notes[i]);
+    if (known)
+      answers.read(known->of_island(i));
+    else if (noted)
+      answers.note_in(notes[i]);
     parts[i] = IslandTask(view, scene, light, answers).run(islands[i]);
   });
   if (noted) scene.answers->keep(key, VisibilityAnswers(notes));

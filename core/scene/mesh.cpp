@@ -177,6 +177,13 @@ std::vector<Polygon> limited(std::vector<Polygon> polygons, std::size_t most) {
 
 // ---- The cutter -------------------------------------------------------------------------------------------------------
 
+/// Of every patch, where elements are asked for that are smaller than the 16 places a patch shoots from.
+std::uint8_t base_fineness(const MeshOptions& options) {
+  const double places_along = options.patch_size / options.element_size / 4;
+  const double doublings = std::clamp(std::round(std::log2(places_along)), 0.0, 3.0);
+  return static_cast<std::uint8_t>(1 << static_cast<int>(doublings));
+}
+
 class Cutter {
  public:
   /// Halving a group twice and gridding a patch add up to 6 corners; the kernels take 20 (FlatShooter::max_corners).
@@ -317,7 +324,7 @@ class Cutter {
   }
 
   std::uint8_t fineness_of(std::size_t patch) const {
-    return patch < mesh_.fineness.size() ? mesh_.fineness[patch] : std::uint8_t{1};
+    return patch < mesh_.fineness.size() ? mesh_.fineness[patch] : base_fineness(mesh_.options);
   }
 
   /// In the order of 4x4 tiles, so that sixteen in a row are neighbours: they become one vector of receivers.
@@ -406,6 +413,8 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
     cutter.cut_side(s, false, sides.front);
     if (sides.back) cutter.cut_side(s, true, true);
   }
+  if (fineness.empty() && base_fineness(mesh.options) > 1)
+    for (const Patch& patch : mesh.patches) mesh.fineness.push_back(patch.fineness);
   return mesh;
 }
 

@@ -21,6 +21,25 @@ constexpr double unimportant_share = 1e-3;
 /// More parts than this in all, and luminaires get fewer levels.
 constexpr std::size_t part_budget = 400000;
 
+/// A place on a flat part, as probable as it brings light to the point: uniform places are rejected by what they bring per area.
+/// A uniform place would tell how much of the area is seen, not how much of the light.
+/// @param target  where to aim if none is found, which happens to parts that hardly rise above the horizon
+Vec3 shining_place(std::span<const Vec3> corners, double area, double radius, const Vec3& centre,
+                   const Vec3& part_normal, const Vec3& point, const Vec3& normal, const Vec3& target, Random& random) {
+  constexpr int most_tries = 64;
+  const Vec3 to_centre = centre - point;
+  // On one plane the cosine at the luminaire is the plane's distance over d: height / d⁴ is left to weigh by.
+  const double plane_distance = -glm::dot(part_normal, to_centre);
+  const double nearest = std::max(plane_distance, glm::length(to_centre) - radius);
+  const double most = (glm::dot(normal, to_centre) + radius) / (nearest * nearest * nearest * nearest);
+  for (int i = 0; i < most_tries; ++i) {
+    const Vec3 place = random_place(corners, area, random), way = place - point;
+    const double d2 = glm::dot(way, way);
+    if (random.unit() * most * d2 * d2 < glm::dot(normal, way)) return place;
+  }
+  return target;
+}
+
 /// Shadow rays collected until sixteen can leave at once.
 class ShadowRays {
  public:
@@ -240,8 +259,10 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
                      ? form_factor(point, normal, corners(part))
                      : height * -glm::dot(luminaire.normal, way) * part.area / (std::numbers::pi * d2 * d2);
         if (!(weight > 0)) continue;
-        if (options.seed) target = random_place(corners(part), part.area, random);
       }
+      if (options.seed)
+        target = shining_place(corners(part), part.area, part.radius, part.centre, luminaire.normal, point, normal,
+                               target, random);
       seen[i].whole += weight;
       shadow.add(target + target_lift, weight, seen[i].visible);
     }
