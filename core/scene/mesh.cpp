@@ -296,7 +296,7 @@ class Cutter {
   /// As many elements as the size asks for, at most 16 (one vector, one packet of rays), as square as that allows.
   void choose_grid(Patch& patch) const {
     const Vec2 size = patch.hi - patch.lo;
-    const double element = mesh_.options.element_size;
+    const double element = mesh_.options.element_size * base_fineness(mesh_.options);  // of a place that shoots
     const auto wanted = [&](double length) {
       return static_cast<int>(std::clamp(std::ceil(length / element - 0.25), 1.0, 16.0));
     };

@@ -6,6 +6,7 @@
 
 #include "core/base/check.hpp"
 #include "core/light/form_factor.hpp"
+#include "core/tracing/shining_place.hpp"
 
 namespace lichthof {
 
@@ -20,25 +21,6 @@ constexpr double far_luminaire = 20.0;
 constexpr double unimportant_share = 1e-3;
 /// More parts than this in all, and luminaires get fewer levels.
 constexpr std::size_t part_budget = 400000;
-
-/// A place on a flat part, as probable as it brings light to the point: uniform places are rejected by what they bring per area.
-/// A uniform place would tell how much of the area is seen, not how much of the light.
-/// @param target  where to aim if none is found, which happens to parts that hardly rise above the horizon
-Vec3 shining_place(std::span<const Vec3> corners, double area, double radius, const Vec3& centre,
-                   const Vec3& part_normal, const Vec3& point, const Vec3& normal, const Vec3& target, Random& random) {
-  constexpr int most_tries = 64;
-  const Vec3 to_centre = centre - point;
-  // On one plane the cosine at the luminaire is the plane's distance over d: height / d⁴ is left to weigh by.
-  const double plane_distance = -glm::dot(part_normal, to_centre);
-  const double nearest = std::max(plane_distance, glm::length(to_centre) - radius);
-  const double most = (glm::dot(normal, to_centre) + radius) / (nearest * nearest * nearest * nearest);
-  for (int i = 0; i < most_tries; ++i) {
-    const Vec3 place = random_place(corners, area, random), way = place - point;
-    const double d2 = glm::dot(way, way);
-    if (random.unit() * most * d2 * d2 < glm::dot(normal, way)) return place;
-  }
-  return target;
-}
 
 /// Shadow rays collected until sixteen can leave at once.
 class ShadowRays {
@@ -91,7 +73,7 @@ class ShadowRays {
 
 }  // namespace
 
-DirectLight::DirectLight(std::shared_ptr<const TraceScene> scene) : scene_(std::move(scene)) {
+DirectLight::DirectLight(std::shared_ptr<const TraceScene> scene) : scene_(std::move(scene)), images_(scene_) {
   const Scene& input = scene_->scene();
   density_of_surface_.assign(input.surfaces.size(), 0.0);
   std::size_t count = 0;
@@ -214,6 +196,9 @@ int DirectLight::level_for(const Candidate& candidate, double share, const Direc
 
 Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectOptions& options,
                             std::uint64_t& rays) const {
+  Rgb through_mirrors{0.0};
+  if (options.rays_per_image > 0 && !images_.empty())
+    through_mirrors = images_.irradiance(point, normal, options.rays_per_image, options.seed.value_or(1), rays);
   // Which luminaires could matter, strongest first.
   std::vector<Candidate> candidates;
   double total = 0;
@@ -222,7 +207,7 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
       candidates.push_back(c);
       total += c.weight;
     }
-  if (!(total > 0)) return Rgb{0.0};
+  if (!(total > 0)) return through_mirrors;
   if (candidates.size() > 1)
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
       return a.weight != b.weight ? a.weight > b.weight : a.luminaire < b.luminaire;
@@ -260,9 +245,7 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
                      : height * -glm::dot(luminaire.normal, way) * part.area / (std::numbers::pi * d2 * d2);
         if (!(weight > 0)) continue;
       }
-      if (options.seed)
-        target = shining_place(corners(part), part.area, part.radius, part.centre, luminaire.normal, point, normal,
-                               target, random);
+      if (options.seed) target = shining_place(corners(part), luminaire.normal, point, normal, target, random);
       seen[i].whole += weight;
       shadow.add(target + target_lift, weight, seen[i].visible);
     }
@@ -284,7 +267,7 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
     }
     sum += std::numbers::pi * c.form_factor * visibility * luminaires_[c.luminaire].radiance;
   }
-  return sum;
+  return sum + through_mirrors;
 }
 
 DirectLight::Sample DirectLight::sample(Random& random) const {

@@ -15,6 +15,7 @@
 
 #include "core/base/footprint.hpp"
 #include "core/base/random.hpp"
+#include "core/tracing/mirror_images.hpp"
 #include "core/tracing/trace_scene.hpp"
 
 namespace lichthof {
@@ -25,12 +26,16 @@ struct DirectOptions {
   /// Set: each ray aims at a random place of its part, drawn from this seed, so that the mean over many samples of a pixel
   /// shows smooth penumbrae. Not set: at its middle; the same point always gives the same light.
   std::optional<std::uint64_t> seed;
+  /// To each image of a luminaire in a plane mirror; 0: what comes by way of mirrors is not counted.
+  std::uint32_t rays_per_image = 16;
 };
 
 class DirectLight {
  public:
   explicit DirectLight(std::shared_ptr<const TraceScene> scene);
 
+  /// True when irradiance() counts what comes by way of one plane mirror.
+  bool has_mirror_images() const { return !images_.empty(); }
   std::size_t luminaire_count() const { return luminaires_.size(); }
   /// Power that all luminaires emit (W).
   Rgb power() const { return power_; }
@@ -53,7 +58,7 @@ class DirectLight {
   /// The density sample() has on a surface; 0 when it does not emit.
   double density(std::uint32_t surface) const { return density_of_surface_[surface]; }
   std::size_t memory_bytes() const {
-    return bytes_of_all(luminaires_, parts_, corners_, cumulative_, density_of_surface_);
+    return bytes_of_all(luminaires_, parts_, corners_, cumulative_, density_of_surface_) + images_.memory_bytes();
   }
 
  private:
@@ -88,6 +93,7 @@ class DirectLight {
   int level_for(const Candidate& candidate, double share, const DirectOptions& options) const;
 
   std::shared_ptr<const TraceScene> scene_;
+  MirrorImages images_;
   std::vector<Luminaire> luminaires_;
   std::vector<Part> parts_;
   std::vector<Vec3> corners_;

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/check.hpp"
 #include "core/base/random.hpp"
 #include "core/scene/polygon.hpp"
-#include "core/tracing/path_tracer.hpp"
 #include "core/tracing/scattering.hpp"
 
 namespace lichthof {
@@ -15,7 +15,8 @@ namespace lichthof {
 namespace {
 
 constexpr std::uint32_t rays_of_a_landing = 16;
-constexpr std::uint32_t paths_of_a_batch = 64;
+constexpr int most_bounces = 12;           // between mirrors and panes
+constexpr double least_throughput = 1e-3;  // what carries less is not followed
 constexpr std::size_t points_per_task = 4;
 constexpr double far_away = 1e300;  // the solution is read element by element, so that the residual has no other part
 
@@ -26,20 +27,13 @@ struct Truth {
   Rgb correction{0.0};  ///< G e
 };
 
-bool scatters_only_diffusely(const Scene& scene) {
-  return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const Surface& surface) {
-    const Material& material = scene.material_of(surface);
-    return material.finish != Finish::glass && max_channel(specular_share(material, material.reflectance)) <= 0;
-  });
-}
-
 class ResidualWalks {
  public:
   ResidualWalks(const LitScene& scene, const ErrorCheckOptions& options) : scene_(scene), options_(options) {}
 
   Truth at(const SurfacePoint& point, Random& random, std::uint64_t& rays) const {
     Truth truth;
-    truth.direct = direct(point, 64, 16, random, rays);
+    truth.direct = direct(point, {64, 16, {}, 16}, random, rays);
     std::vector<Landing> landings;
     truth.read = look_around(point, options_.gather_rays, random, landings, rays);
     // One landing of each run of rays goes on: they are neighbours on the square, so the walks spread over the hemisphere.
@@ -47,21 +41,84 @@ class ResidualWalks {
       const auto first = landings.size() * walk / options_.walks, last = landings.size() * (walk + 1) / options_.walks;
       const Landing& landing = landings[first + random.below(static_cast<std::uint32_t>(last - first))];
       if (landing.met)
-        truth.correction += error_of_solution(landing.at, random, rays) / static_cast<double>(options_.walks);
+        truth.correction +=
+            landing.weight * error_of_solution(landing.at, random, rays) / static_cast<double>(options_.walks);
     }
     return truth;
   }
 
  private:
+  /// Where a ray ends on a surface that scatters diffusely, after mirrors and panes.
   struct Landing {
     SurfacePoint at;
     bool met = false;
+    Rgb weight{1.0};  ///< what the way there leaves of the light, over the probability of the way
   };
 
-  Rgb direct(const SurfacePoint& point, std::uint32_t rays_wanted, std::uint32_t most, Random& random,
-             std::uint64_t& rays) const {
-    const std::uint64_t seed = (std::uint64_t{random.bits()} << 32) | random.bits();
-    return scene_.direct().irradiance(point.point, point.normal, {rays_wanted, most, seed}, rays);
+  Rgb direct(const SurfacePoint& point, DirectOptions options, Random& random, std::uint64_t& rays) const {
+    options.seed = (std::uint64_t{random.bits()} << 32) | random.bits();
+    return scene_.direct().irradiance(point.point, point.normal, options, rays);
+  }
+
+  bool scatters(std::uint32_t surface) const {
+    const Scene& scene = scene_.trace().scene();
+    const Material& material = scene.material_of(scene.surfaces[surface]);
+    return material.finish == Finish::glass || max_channel(specular_share(material, material.reflectance)) > 0;
+  }
+
+  /// Follows a ray that has met a mirror, gloss or glass to where it lands; one way is drawn where there are several.
+  /// @returns what it sees of luminaires on the way that shadow rays do not know (π L, W/m²)
+  Rgb follow(Landing& landing, Vec3 direction, Random& random, std::uint64_t& rays) const {
+    const TraceScene& trace = scene_.trace();
+    const Scene& scene = trace.scene();
+    Rgb seen{0.0};
+    bool emission_counts = false, knows_mirror = scene_.direct().has_mirror_images();
+    for (int bounce = 0; bounce < most_bounces; ++bounce) {
+      const SurfacePoint at = landing.at;
+      const Surface& surface = scene.surfaces[at.surface];
+      const Material& material = scene.material_of(surface);
+      if (emission_counts && !at.back) seen += landing.weight * std::numbers::pi * material.radiance;
+      Vec3 from = trace.lifted(at);
+      if (material.finish == Finish::glass) {
+        const double cosine = -glm::dot(direction, at.normal);
+        const bool solid = trace.is_solid_glass(at.surface);
+        const double eta = at.back && solid ? 1.0 / material.refractive_index : material.refractive_index;
+        if (random.unit() < (solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta))) {
+          direction = mirrored(direction, at.normal);
+          emission_counts = true, knows_mirror = false;
+        } else {
+          if (solid && !refracted(direction, at.normal, eta, direction)) break;
+          from = at.point - trace.offset() * at.normal;
+        }
+      } else {
+        const Rgb diffuse = reflectance_at(scene, surface, at.point), share = specular_share(material, diffuse);
+        const double both = max_channel(share) + max_channel(diffuse);
+        const double as_mirror = both > 0 ? max_channel(share) / both : 0.0;
+        if (!(random.unit() < as_mirror)) {
+          landing.weight /= 1 - as_mirror;
+          return seen;
+        }
+        landing.weight *= share / as_mirror;
+        const Vec3 mirror = mirrored(direction, at.normal);
+        direction = mirror;
+        if (material.finish == Finish::glossy) {
+          direction = phong_direction(mirror, material.exponent, {random.unit(), random.unit()});
+          const double towards = glm::dot(direction, at.normal);
+          if (towards <= 0) break;
+          landing.weight *= phong_weight(towards, material.exponent);
+          knows_mirror = false;
+        }
+        emission_counts = !knows_mirror;
+        knows_mirror = false;
+      }
+      if (max_channel(landing.weight) < least_throughput) break;
+      const auto next = trace.nearest(from, direction);
+      ++rays;
+      if (!next) break;
+      landing.at = *next;
+    }
+    landing.met = false;
+    return seen;
   }
 
   /// G b̃ by `count` rays, one in each cell of a jittered grid. @returns the mean; where each ray landed
@@ -100,7 +157,8 @@ class ResidualWalks {
         landing.met = true;
         landing.at = trace.surface_point(hits.surface[lane], (hits.front_bits >> lane) & 1,
                                          start + static_cast<double>(hits.distance[lane]) * directions[lane]);
-        sum += scene_.reflected_radiosity(landing.at, far_away);
+        if (scatters(landing.at.surface)) sum += follow(landing, glm::normalize(directions[lane]), random, rays);
+        if (landing.met) sum += landing.weight * scene_.reflected_radiosity(landing.at, far_away);
       }
     }
     rays += landings.size();
@@ -114,7 +172,8 @@ class ResidualWalks {
     std::vector<Landing> landings;
     for (;;) {
       const Rgb reflectance = reflectance_at(scene, scene.surfaces[at.surface], at.point);
-      const Rgb arriving = direct(at, 16, 4, random, rays) + look_around(at, rays_of_a_landing, random, landings, rays);
+      const Rgb arriving =
+          direct(at, {16, 4, {}, 4}, random, rays) + look_around(at, rays_of_a_landing, random, landings, rays);
       sum += throughput * (reflectance * arriving - scene_.reflected_radiosity(at, far_away));
       throughput *= reflectance;
       const double go_on = std::min(0.95, max_channel(throughput));
@@ -122,6 +181,7 @@ class ResidualWalks {
       throughput /= go_on;
       const Landing& next = landings[random.below(static_cast<std::uint32_t>(landings.size()))];
       if (!next.met) return sum;
+      throughput *= next.weight;
       at = next.at;
     }
   }
@@ -227,8 +287,6 @@ ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::spa
   MUST(points.size() == given.size() && scene->has_solution() && options.most_batches >= 2);
   if (points.size() < 2) return {};
   const ResidualWalks walks(*scene, options);
-  const bool is_diffuse = scatters_only_diffusely(scene->trace().scene());
-  const PathTracer tracer(scene);
   const std::size_t tasks = (points.size() + points_per_task - 1) / points_per_task;
   std::vector<Sums> sums(points.size());
   std::vector<std::uint64_t> rays(tasks, 0);
@@ -242,14 +300,7 @@ ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::spa
         for (std::uint32_t batch = batches; batch < batches + more; ++batch) {
           const std::uint64_t seed = mix64(mix64(options.seed + i) + batch);
           Random random(seed, 19);
-          if (is_diffuse) {
-            sums[i].add(walks.at(points[i], random, rays[task]));
-            continue;
-          }
-          // Paths do not tell the parts: all is told as one.
-          const Estimate whole =
-              tracer.irradiance({points[i].point, points[i].normal}, paths_of_a_batch, seed, rays[task]);
-          sums[i].add({given[i].direct, whole.mean - given[i].direct, Rgb{0.0}});
+          sums[i].add(walks.at(points[i], random, rays[task]));
         }
     });
     batches += more;

@@ -109,7 +109,8 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
   const TraceScene& trace = scene_->trace();
   Random random(seed, 13);
   Rgb sum{0.0}, throughput{1.0};
-  bool emission_counts = false;  // until the ray leaves the straight line that shadow rays know
+  bool emission_counts = false;                              // until the ray leaves the ways that shadow rays know:
+  bool knows_mirror = scene_->direct().has_mirror_images();  // straight ones, and those by way of one mirror
   for (int bounce = 0; bounce < most_bounces; ++bounce) {
     const Surface& surface = trace.scene().surfaces[at.surface];
     const Material& material = trace.scene().material_of(surface);
@@ -123,7 +124,7 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
       const double reflectance = solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta);
       if (random.unit() < reflectance) {
         direction = mirrored(direction, at.normal);
-        emission_counts = true;
+        emission_counts = true, knows_mirror = false;
       } else {
         if (solid && !refracted(direction, at.normal, eta, direction)) return sum;
         from = at.point - trace.offset() * at.normal;
@@ -136,13 +137,13 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
         // Too near: light this point itself, and look on from it. What would not matter any more takes what the element says:
         // dropped, it would be missing in every corner.
         throughput *= diffuse;
-        sum += throughput * scene_->direct().irradiance(at.point, at.normal, {4, 1, random.bits()}, rays);
+        sum += throughput * scene_->direct().irradiance(at.point, at.normal, {4, 1, random.bits(), 0}, rays);
         Vec3 tangent, bitangent;
         complete_frame(at.normal, tangent, bitangent);
         const double x = random.unit(), y = random.unit();
         const Vec3 local = cosine_direction({x, y});
         direction = local.x * tangent + local.y * bitangent + std::max(local.z, 1e-4) * at.normal;
-        emission_counts = false;
+        emission_counts = knows_mirror = false;
         const auto next = trace.nearest(from, direction);
         ++rays;
         if (!next) return sum;
@@ -159,10 +160,12 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
         const double cosine = glm::dot(direction, at.normal);
         if (cosine <= 0) return sum;
         throughput *= phong_weight(cosine, material.exponent);
+        knows_mirror = false;
       } else {
         direction = mirror;
       }
-      emission_counts = true;
+      emission_counts = !knows_mirror;
+      knows_mirror = false;
     }
     if (max_channel(throughput) < least_throughput) return sum;
     const auto next = trace.nearest(from, direction);

@@ -173,7 +173,8 @@ TEST_SUITE("system") {
     const nlohmann::json listed = lab.asked({"jobs"})["jobs"];
     // As many as a controller keeps, and the last two, which count from the next submit on.
     const std::size_t kept = std::min<std::size_t>(all.size(), 2000);
-    CHECK(listed.size() >= kept), CHECK(listed.size() <= kept + 2);
+    CHECK(listed.size() >= kept);
+    CHECK(listed.size() <= kept + 2);
     for (const nlohmann::json& job : listed) {
       INFO(job.dump());
       CHECK(job["state"] == "done");

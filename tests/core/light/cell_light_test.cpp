@@ -273,4 +273,29 @@ TEST_SUITE("cell_light") {
     twice.add(outlook);
     CHECK(expected_light(twice).everywhere.x == doctest::Approx(everywhere));
   }
+
+  TEST_CASE("cell_light: a luminous ceiling of many elements costs each receiver no more rays, and gives the same light") {
+    auto scene = std::make_shared<Scene>();
+    const std::uint32_t grey = test::add_material(*scene, test::diffuse(0.3));
+    test::add_box(*scene, {0, 0, 0}, {6, 6, 3}, grey, true);
+    test::add_box(*scene, {2, 2, 0.5}, {4, 3.5, 1.5}, grey, false);
+    scene->surfaces[5].material = test::add_material(*scene, test::luminous(10));
+    const auto shine = [&](double patch_size, double& rays_per_element) {
+      const auto mesh = test::mesh_with(*scene, patch_size);
+      test::OneCell cell(scene, mesh);
+      std::uint64_t rays = 0;
+      for (std::uint32_t g = 0; g < mesh->groups.size(); ++g)
+        if (mesh->groups[g].surface.value == 5 && !mesh->groups[g].back) {
+          cell.light.strongest();
+          rays += cell.shoot(GroupId{g}).rays;
+        }
+      rays_per_element = double(rays) / double(mesh->elements.size());
+      return mean_irradiance(cell.solution(), true);
+    };
+    double rays_of_few = 0, rays_of_many = 0;
+    const double few = shine(1.5, rays_of_few), many = shine(0.25, rays_of_many);  // 256 and 9216 elements shine
+    INFO("rays per element " << rays_of_few << " and " << rays_of_many << ", mean light " << few << " and " << many);
+    CHECK(rays_of_many < 1.5 * rays_of_few);
+    CHECK(std::abs(many / few - 1) < 0.01);
+  }
 }

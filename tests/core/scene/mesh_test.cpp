@@ -262,4 +262,22 @@ TEST_SUITE("mesh") {
       CHECK(mesh.options.element_size == doctest::Approx(mesh.options.patch_size / 4));
     }
   }
+
+  TEST_CASE("mesh: elements far smaller than their patch refine what receives, and leave what shoots") {
+    MeshOptions options;
+    options.patch_size = 0.8, options.element_size = 0.2;
+    const Mesh coarse = mesh_of(*test::two_rooms(), options, {});
+    options.element_size = 0.05;
+    const Mesh fine = mesh_of(*test::two_rooms(), options, {});
+    REQUIRE(fine.patches.size() == coarse.patches.size());
+    CHECK(fine.groups.size() == coarse.groups.size());
+    CHECK(fine.elements.size() > 14 * coarse.elements.size());
+    for (std::size_t p = 0; p < fine.patches.size(); ++p) {
+      REQUIRE(fine.patches[p].fineness == 4);
+      REQUIRE(shooting_columns(fine.patches[p]) == coarse.patches[p].columns);
+      REQUIRE(shooting_rows(fine.patches[p]) == coarse.patches[p].rows);
+    }
+    // As a solution file makes it anew.
+    CHECK(mesh_of(*test::two_rooms(), fine.options, {}, fine.fineness).elements.size() == fine.elements.size());
+  }
 }

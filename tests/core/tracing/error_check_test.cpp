@@ -19,7 +19,7 @@ struct CheckedRoom {
   explicit CheckedRoom(Finish finish = Finish::diffuse) {
     PanelRoom room(0.6);
     const std::uint32_t box = finish == Finish::diffuse ? add_material(*room.scene, diffuse(0.3))
-                                                        : add_material(*room.scene, specular(finish, 0.6, 0.2));
+                                                        : add_material(*room.scene, specular(finish, 0.6, 0.2, 20));
     add_box(*room.scene, {0.8, 0.9, 0}, {1.9, 1.7, 1.4}, box, false);
     OneCell cell(room.scene, mesh_with(*room.scene, 0.8));
     cell.solve(2e-3);
@@ -92,7 +92,7 @@ TEST_CASE("error_check: an error of the solution is found although all that is r
 }
 
 TEST_CASE("error_check: says what path tracing says, of interpolated light in a furnished room") {
-  for (const Finish finish : {Finish::diffuse, Finish::mirror}) {
+  for (const Finish finish : {Finish::diffuse, Finish::mirror, Finish::glossy, Finish::glass}) {
     const CheckedRoom room(finish);
     const std::vector<SurfacePoint> points = random_surface_points(*room.scene, 200, 5);
     const std::vector<PointLight> given = read(room, points);

@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/tracing/path_tracer.hpp"
 #include "tests/support/rooms.hpp"
 
 using namespace lichthof;
@@ -49,23 +50,35 @@ TEST_CASE("final_gather: half of the view bright gives half of the light") {
   CHECK(sum / 16 == doctest::Approx(0.5 * 0.8 * 10).epsilon(0.005));
 }
 
-TEST_CASE("final_gather: a luminaire counts by way of a mirror, not on the straight way") {
+TEST_CASE("final_gather: a luminaire counts by way of gloss, not on the ways that shadow rays know") {
   // A mirror stands at x = 0; the panel hangs over x = 2; everything else is black.
-  auto scene = std::make_shared<Scene>();
-  const std::uint32_t mirror = add_material(*scene, specular(Finish::mirror, 0.9)),
-                      panel = add_material(*scene, luminous(7));
-  add_rectangle(*scene, {0, -50, 0}, {0, 100, 0}, {0, 0, 100}, mirror);
-  add_rectangle(*scene, {1, 1, 2}, {2, 0, 0}, {0, -2, 0}, panel);
-  const auto lit = std::make_shared<LitScene>(uniform_solution(scene, 5, 0, 0));
-  const FinalGather gather(lit, 4096);
-  std::uint64_t rays = 0;
-  const double seen = gather.irradiance({1, 0, 0}, {0, 0, 1}, 3, rays).x;
+  double by_paths = 0;
+  const auto seen = [&by_paths](const Material& material, double& direct) {
+    auto scene = std::make_shared<Scene>();
+    const std::uint32_t mirror = add_material(*scene, material), panel = add_material(*scene, luminous(7));
+    add_rectangle(*scene, {0, -50, 0}, {0, 100, 0}, {0, 0, 100}, mirror);
+    add_rectangle(*scene, {1, 1, 2}, {2, 0, 0}, {0, -2, 0}, panel);
+    const auto lit = std::make_shared<LitScene>(uniform_solution(scene, 5, 0, 0));
+    std::uint64_t rays = 0;
+    direct = lit->direct().irradiance({1, 0, 0}, {0, 0, 1}, {}, rays).x;
+    by_paths = PathTracer(lit).irradiance({{1, 0, 0}, {0, 0, 1}}, 1 << 18, 1, rays).mean.x;
+    return FinalGather(lit, 4096).irradiance({1, 0, 0}, {0, 0, 1}, 3, rays).x;
+  };
   // The mirror shows the panel at -3 < x < -1: light as from a panel there, times 0.9.
-  auto image = std::make_shared<Scene>();
-  add_rectangle(*image, {-3, 1, 2}, {2, 0, 0}, {0, -2, 0}, add_material(*image, luminous(7)));
-  const double expected =
-      0.9 * DirectLight(std::make_shared<TraceScene>(image)).irradiance({1, 0, 0}, {0, 0, 1}, {}, rays).x;
-  CHECK(seen == doctest::Approx(expected).epsilon(0.03));
+  const auto from = [](double x) {
+    auto image = std::make_shared<Scene>();
+    add_rectangle(*image, {x, 1, 2}, {2, 0, 0}, {0, -2, 0}, add_material(*image, luminous(7)));
+    std::uint64_t rays = 0;
+    return DirectLight(std::make_shared<TraceScene>(image)).irradiance({1, 0, 0}, {0, 0, 1}, {}, rays).x;
+  };
+  double direct = 0;
+  CHECK(seen(specular(Finish::mirror, 0.9), direct) == 0);
+  CHECK(direct == doctest::Approx(from(1) + 0.9 * from(-3)).epsilon(1e-6));
+  CHECK(std::abs(direct / by_paths - 1) < 0.01);
+  const double glossy = seen(specular(Finish::glossy, 0.9, 0, 50), direct);
+  CHECK(direct == doctest::Approx(from(1)).epsilon(1e-6));
+  CHECK(glossy > 0.1 * direct);
+  CHECK(std::abs((glossy + direct) / by_paths - 1) < 0.01);
 }
 
 TEST_CASE("final_gather: a pane hides the luminaire behind it, since shadow rays count that light") {
