@@ -258,7 +258,10 @@ void add_error_options(CLI::App& command, BenchCommand& options) {
   add("--elements", options.elements, "meshes, each twice the one before (default " + range(usual.elements) + ")",
       "FROM..TO")
       ->check(range_text());
-  add("--growth", options.growth, "meshes for the growth of cost (default " + range(usual.growth) + ")", "FROM..TO")
+  add("--growth", options.growth,
+      "meshes for the growth of cost, each four times the one before on the same patches (default " +
+          range(usual.growth) + ")",
+      "FROM..TO")
       ->check(range_text());
   add("--points", options.points, "random surface points (default " + std::to_string(usual.points) + ")", "N")
       ->check(number_within(1, 20000));

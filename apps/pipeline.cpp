@@ -306,6 +306,7 @@ std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, con
   wish.width = wanted.width, wish.height = wanted.height;
   wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : default_samples);
   wish.gather_rays = wanted.gather_rays.value_or(0);
+  wish.stop = &interruption_.asked();
   return picture_source(lit_scene(), wish);
 }
 
@@ -327,7 +328,7 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   record_.seconds.rays = watch.seconds();
   record_.more["jobs"] = result.jobs;
   record_.more["idle_seconds"] = result.idle_seconds;
-  if (!result.complete) return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
+  if (!result.complete || interruption_.asked()) return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
   line.show(1.0);
   return std::move(result.image);
 }

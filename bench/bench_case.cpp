@@ -62,13 +62,20 @@ Expected<Solved> BenchCase::solve(const std::string& cells, unsigned threads, Tr
   return solve_on(mesh_, options, *wanted, threads);
 }
 
-Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, TransferMethod method) const {
+Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, TransferMethod method,
+                                       std::uint32_t fineness) const {
   const double cpu = cpu_s(), wall = wall_s();
   SolveOptions options;
   options.mesh.target_elements = elements;
   options.eps = eps;
   options.method = method;
-  Expected<Solved> solved = solve_on(meshed(*scene_, options.mesh), options, {}, 1);
+  std::shared_ptr<const Mesh> mesh = meshed(*scene_, options.mesh);
+  if (fineness > 1) {
+    options.mesh = mesh->options;
+    options.mesh.element_size /= fineness;
+    mesh = std::make_shared<const Mesh>(mesh_of(*scene_, options.mesh, mesh->lit_sides));
+  }
+  Expected<Solved> solved = solve_on(std::move(mesh), options, {}, 1);
   if (!solved) return solved.error();
   solved->cpu_s = cpu_s() - cpu;
   solved->wall_s = wall_s() - wall;

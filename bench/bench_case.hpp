@@ -41,8 +41,9 @@ class BenchCase {
                          TransferMethod method = TransferMethod::rays) const;
 
   /// The first pass on a mesh of its own, as `--elements N --eps E` make it, in one cell on one thread. What it took counts
-  /// meshing too. @error interrupted
-  Expected<Solved> solve_with(std::uint32_t elements, double eps, TransferMethod method) const;
+  /// meshing too. @param fineness  1, 2, 4 or 8: as many times as fine receivers, on the same shooters @error interrupted
+  Expected<Solved> solve_with(std::uint32_t elements, double eps, TransferMethod method,
+                              std::uint32_t fineness = 1) const;
 
   /// The solution in one cell; computed at the first call. @error as solve()
   Expected<const Solution*> solution() const;

@@ -51,7 +51,7 @@ class Sweep {
   Sweep(const BenchCase& scene, const std::string& name, const ErrorOptions& options, const ShowProgress& show,
         ErrorReport& report)
       : scene_(scene), name_(name), show_(show), options_(options), report_(report),
-        to_do_(2 * options.elements.doubled().size() + options.growth.doubled().size() + std::size(path_counts)) {}
+        to_do_(2 * options.elements.doubled().size() + options.growth.fineness().size() + std::size(path_counts)) {}
 
   Status all() {
     std::vector<Reading> readings{{"radiosity", 0, true}};
@@ -65,8 +65,8 @@ class Sweep {
     }
     for (const std::uint32_t paths : path_counts)
       if (Status run = path_tracing(paths); !run) return run;
-    for (const std::uint32_t elements : options_.growth.doubled())
-      if (Status run = growth(elements); !run) return run;
+    for (const std::uint32_t fineness : options_.growth.fineness())
+      if (Status run = growth(fineness); !run) return run;
     return Done{};
   }
 
@@ -127,13 +127,14 @@ class Sweep {
     return Done{};
   }
 
-  Status growth(std::uint32_t elements) {
-    show("growth, " + std::to_string(elements) + " elements");
+  Status growth(std::uint32_t fineness) {
+    const std::uint32_t elements = options_.growth.least;
+    show("growth, " + std::to_string(elements * fineness * fineness) + " elements");
     GrowthRun run;
     run.cpu_s = 1e300;
     double spent_s = 0;
     for (unsigned round = 0; another_round(round, spent_s); ++round) {
-      const Expected<Solved> solved = scene_.solve_with(elements, SolveOptions{}.eps, TransferMethod::rays);
+      const Expected<Solved> solved = scene_.solve_with(elements, SolveOptions{}.eps, TransferMethod::rays, fineness);
       if (!solved) return solved.error();
       run.elements = solved->solution.mesh->elements.size(), run.shots = solved->solution.counters.shots;
       run.cpu_s = std::min(run.cpu_s, solved->cpu_s), spent_s += solved->cpu_s;
@@ -188,6 +189,12 @@ std::vector<CostError> costs_of(const std::vector<ErrorRun>& runs, const std::ve
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> ElementRange::fineness() const {
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t f = 1; f <= 8 && least * f * f <= most; f *= 2) all.push_back(f);
+  return all;
+}
 
 std::vector<std::uint32_t> ElementRange::doubled() const {
   std::vector<std::uint32_t> all;

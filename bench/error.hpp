@@ -19,15 +19,17 @@
 
 namespace lichthof::bench {
 
-/// Numbers of elements, each twice the one before, from the least to the most.
+/// Numbers of elements, from the least to the most.
 struct ElementRange {
   std::uint32_t least = 0, most = 0;
-  std::vector<std::uint32_t> doubled() const;
+  std::vector<std::uint32_t> doubled() const;  ///< each twice the one before
+  /// Elements along each side of what is one in the least mesh: 1, 2, 4, 8. Each mesh has four times those of the one before.
+  std::vector<std::uint32_t> fineness() const;
 };
 
 struct ErrorOptions {
   ElementRange elements{1500, 48000};  ///< of the meshes that errors are measured on
-  ElementRange growth{5000, 40000};    ///< of those for the growth of cost
+  ElementRange growth{5000, 320000};   ///< of those for the growth of cost while shooters stay as they are
   std::uint32_t points = 2000;         ///< random surface points
   std::uint32_t most_paths = 32768;    ///< of the truth, at each point
 };
@@ -47,7 +49,7 @@ struct ErrorRun {
   bool is_reference() const { return elements == 0; }
 };
 
-/// A first pass with the default eps on a mesh of so many elements.
+/// A first pass with the default eps on a mesh of so many elements, the patches of all being the same.
 struct GrowthRun {
   std::uint64_t elements = 0, shots = 0;
   double cpu_s = 0;

@@ -41,8 +41,10 @@ std::vector<Rgbf> ColumnTracer::columns(const ColumnJob& job, std::uint64_t& ray
   parallel_->for_each(rays_of_piece.size(), [&](std::size_t task) {
     const auto column = static_cast<std::uint32_t>(task / pieces);
     const auto first = static_cast<std::uint32_t>(task % pieces) * piece;
-    for (std::uint32_t row = first; row < std::min(first + piece, height); ++row)
+    for (std::uint32_t row = first; row < std::min(first + piece, height); ++row) {
+      if (options_.stop && *options_.stop) return;
       pixels[std::size_t{column} * height + row] = Rgbf{pixel(job.first + column, row, rays_of_piece[task])};
+    }
   });
   for (const std::uint64_t count : rays_of_piece) rays += count;
   return pixels;

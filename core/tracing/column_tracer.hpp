@@ -11,6 +11,7 @@
 /// by rays and see luminaires themselves.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 
@@ -31,7 +32,9 @@ struct TracingOptions {
   double throughput_cut = 2e-3;   ///< a path whose weight falls below is given up
   std::uint32_t lobe_rays = 4;    ///< through a glossy lobe, at its first meeting
   std::uint32_t gather_rays = 0;  ///< two-pass: 0 reads the field at the point, else a final gather there
-  std::optional<Rgb> ambient;     ///< raytrace: constant irradiance (W/m²); unset: LitScene::mean_indirect()
+  std::optional<Rgb> ambient{};   ///< raytrace: constant irradiance (W/m²); unset: LitScene::mean_indirect()
+  /// When it becomes true, what is left of a job is black: a column may take seconds, and its picture is thrown away.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Random numbers come from (pixel, sample, bounce) alone: the picture has the same bits for any partition into jobs, any

@@ -245,7 +245,8 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
                      : height * -glm::dot(luminaire.normal, way) * part.area / (std::numbers::pi * d2 * d2);
         if (!(weight > 0)) continue;
       }
-      if (options.seed) target = shining_place(corners(part), luminaire.normal, point, normal, target, random);
+      if (options.seed)
+        target = shining_place(corners(part), part.area, luminaire.normal, point, normal, target, random);
       seen[i].whole += weight;
       shadow.add(target + target_lift, weight, seen[i].visible);
     }

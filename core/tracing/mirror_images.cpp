@@ -94,9 +94,10 @@ Rgb MirrorImages::irradiance(const Vec3& point, const Vec3& normal, std::uint32_
     const Material& finish = input.material_of(mirror);
     const Surface& luminaire = input.surfaces[image.luminaire];
     const Vec3 middle = centroid(std::span<const Vec3>(shown));
+    const double shown_area = area(std::span<const Vec3>(shown));
     Rgb arriving{0.0};
     for (std::uint32_t ray = 0; ray < rays_per_image; ++ray) {
-      const Vec3 aim = shining_place(shown, image.normal, point, normal, middle, random);
+      const Vec3 aim = shining_place(shown, shown_area, image.normal, point, normal, middle, random);
       const double beyond = -glm::dot(image.mirror_normal, aim - mirror.corners[0]);
       const Vec3 turn = point + before / (before + beyond) * (aim - point);  // where the way meets the mirror
       const Vec3 from_mirror = turn + lift * image.mirror_normal;

@@ -12,6 +12,7 @@ std::unique_ptr<const ColumnSource> picture_source(std::shared_ptr<const LitScen
   options.method = wish.method;
   options.samples = wish.samples;
   options.gather_rays = wish.gather_rays;
+  options.stop = wish.stop;
   return std::make_unique<ColumnTracer>(std::move(scene), film, options, alone);
 }
 

@@ -15,6 +15,7 @@ struct PictureWish {
   std::uint32_t width = 640, height = 480;
   std::uint32_t samples = 4;
   std::uint32_t gather_rays = 0;
+  const std::atomic<bool>* stop = nullptr;  ///< as in TracingOptions
 };
 
 /// Traces on the calling thread alone: each worker is a thread of its own.

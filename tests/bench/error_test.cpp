@@ -20,7 +20,7 @@ const std::atomic<bool> go_on = false;
 ErrorOptions small_options() {
   ErrorOptions options;
   options.elements = {400, 800};
-  options.growth = {400, 1600};
+  options.growth = {400, 6400};
   options.points = 150;
   options.most_paths = 2048;
   return options;
@@ -133,8 +133,9 @@ TEST_SUITE("bench") {
     CHECK(rough->error == doctest::Approx(report->truth_error * std::sqrt(report->truth.paths / 16.)).epsilon(.35));
 
     REQUIRE(report->growth.size() == 3);
-    CHECK(report->growth[2].elements > 2 * report->growth[0].elements);
-    CHECK(report->growth[2].shots > report->growth[0].shots);
+    CHECK(report->growth[2].elements > 10 * report->growth[0].elements);
+    // The same shooters: what they receive, and so who shoots again, differs by the mesh's error.
+    CHECK(report->growth[2].shots == doctest::Approx(report->growth[0].shots).epsilon(0.1));
 
     const std::vector<ErrorReport> reports{*report};
     const nlohmann::json figures = json(error_section(reports)), runs = runs_json(*report);

@@ -261,7 +261,7 @@ TEST_SUITE("system") {
     write_room(folder);
     const std::string truth = folder / "truth.csv", plot = folder / "error.svg";
     const std::vector<std::string> small{"bench",  "error",       "--scene",  folder / "room.toml", "--repeat",
-                                         "1",      "--elements",  "300..600", "--growth",           "300..1200",
+                                         "1",      "--elements",  "300..600", "--growth",           "300..4800",
                                          "--json", "--reference", truth};
     std::vector<std::string> first = small;
     for (const std::string& word : {std::string("--points"), std::string("60"), std::string("--paths"), std::string("512"),

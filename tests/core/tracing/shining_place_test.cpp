@@ -24,7 +24,7 @@ TEST_CASE("shining_place: places come as often as they bring light") {
       const Vec3 nowhere{9, 9, 9};  // where most of the panel lies below the horizon
       int found = 0, missed = 0;
       for (int i = 0; i < count; ++i) {
-        const Vec3 place = shining_place(panel, down, point, normal, nowhere, random);
+        const Vec3 place = shining_place(panel, 4, down, point, normal, nowhere, random);
         missed += place == nowhere;
         REQUIRE((place == nowhere || std::abs(place.z - 0.4) < 1e-12));
         found += place.x < 0.1;
@@ -37,5 +37,5 @@ TEST_CASE("shining_place: places come as often as they bring light") {
 TEST_CASE("shining_place: what does not rise above the horizon is aimed at as told") {
   const Polygon panel{{-1, -1, -0.4}, {-1, 1, -0.4}, {1, 1, -0.4}, {1, -1, -0.4}};
   Random random(3);
-  CHECK(shining_place(panel, {0, 0, 1}, {0, 0, 0}, {0, 0, 1}, Vec3{9, 9, 9}, random) == Vec3{9, 9, 9});
+  CHECK(shining_place(panel, 4, {0, 0, 1}, {0, 0, 0}, {0, 0, 1}, Vec3{9, 9, 9}, random) == Vec3{9, 9, 9});
 }
