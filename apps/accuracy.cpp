@@ -15,8 +15,10 @@ constexpr int most_rounds = 8;
 /// A round ends the search when its estimate is below this share of what is wanted, and all that 95 % confidence leaves below
 /// all of it: the estimate itself may be off, by less at more points.
 constexpr double safe_share = 0.75, safe_share_at_more_points = 0.9;
-/// Where it is not that safe but may be reached, more points tell for less than a finer solution costs.
+/// Where it is not that safe but may be reached, more points tell, if that costs less than the next solution: about as many times
+/// what this one cost.
 constexpr std::uint32_t more_points = 4;
+constexpr double next_solution = 3;
 /// An error of this size is all there is: what is wanted is reached within what the check can tell.
 constexpr double least_error = 1e-4;
 
@@ -100,10 +102,13 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
   }
   nlohmann::json rounds = nlohmann::json::array();
   bool is_solved = is_loaded;
+  double solve_s = 0;
   for (int round = 1;; ++round) {
     const Stopwatch watch;
-    if (!is_solved)
+    if (!is_solved) {
       if (Status solved = run.solve(); !solved) return solved.error();
+      solve_s = watch.seconds();
+    }
     is_solved = true;
     if (interruption.asked() || !wish.is_set()) return knobs;
     const auto is_safe = [wanted](const ErrorEstimate& estimate, double share) {
@@ -111,9 +116,11 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
     };
     const auto seed = static_cast<std::uint64_t>(round);
     double share = safe_share;
+    const Stopwatch check_watch;
     Run::Checked checked = run.check(knobs, check_points(wanted), wanted, seed);
-    if (wish.error && checked.estimate.error <= safe_share_at_more_points * wanted &&
-        !is_safe(checked.estimate, share)) {
+    const bool may_do =
+        checked.estimate.error <= safe_share_at_more_points * wanted && !is_safe(checked.estimate, share);
+    if (wish.error && may_do && more_points * check_watch.seconds() <= next_solution * solve_s) {
       share = safe_share_at_more_points;
       checked = run.check(knobs, more_points * check_points(wanted), wanted, seed + most_rounds);
     }

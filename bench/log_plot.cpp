@@ -125,7 +125,8 @@ std::string key_of(const Panel& panel) {
 }
 
 std::string tick_text(double value, const Axis& axis) {
-  return axis.shows_percent ? number(100 * value) + " %" : number(value);
+  if (axis.shows_percent) return number(100 * value) + " %";
+  return value >= 10000 ? number(value / 1000) + "k" : number(value);
 }
 
 std::string drawn(const Panel& panel) {
