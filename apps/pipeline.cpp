@@ -328,7 +328,8 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
   record_.seconds.rays = watch.seconds();
   record_.more["jobs"] = result.jobs;
   record_.more["idle_seconds"] = result.idle_seconds;
-  if (!result.complete || interruption_.asked()) return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
+  if (!result.complete || interruption_.asked())
+    return Error{ErrorCode::interrupted, "", "interrupted before the picture was complete"};
   line.show(1.0);
   return std::move(result.image);
 }

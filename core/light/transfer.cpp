@@ -32,13 +32,15 @@ Detail detail_of_luminaire(const Mesh& mesh, GroupId id) {
   const auto is_part = [&](std::uint32_t g) {
     return mesh.groups[g].surface == own.surface && mesh.groups[g].back == own.back;
   };
-  // The groups of a side lie one after the other.
-  std::uint32_t first = id.value, last = id.value + 1;
-  while (first > 0 && is_part(first - 1)) --first;
-  while (last < mesh.groups.size() && is_part(last)) ++last;
-  std::uint32_t patches = 0;
-  for (std::uint32_t g = first; g < last; ++g) patches += mesh.groups[g].patch_count;
-  return last - first >= enough ? Detail::group : patches >= enough ? Detail::patches : Detail::elements;
+  // The groups of a side lie one after the other; `enough` of them decide, however many there are.
+  std::uint32_t groups = 1, patches = own.patch_count;
+  const auto count = [&](std::uint32_t g) {
+    ++groups;
+    patches += mesh.groups[g].patch_count;
+  };
+  for (std::uint32_t g = id.value; g > 0 && groups < enough && is_part(g - 1); --g) count(g - 1);
+  for (std::uint32_t g = id.value + 1; g < mesh.groups.size() && groups < enough && is_part(g); ++g) count(g);
+  return groups >= enough ? Detail::group : patches >= enough ? Detail::patches : Detail::elements;
 }
 
 /// One shot as all tasks see it.

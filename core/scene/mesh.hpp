@@ -119,7 +119,7 @@ struct Mesh {
 
 /// Cuts a scene. Glass gets no patches: light passes it.
 /// @param lit  one entry per surface, or empty for "everything may be lit"
-/// @param fineness  one entry per patch of the mesh without it (the patches are the same), or empty for 1 everywhere
+/// @param fineness  one entry per patch of the mesh without it (the patches are the same), or empty: 1, or what small elements ask for
 /// @cost  O(patches), about 1 µs each
 /// @source paper §2 (grids projected onto every surface)
 Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,

@@ -63,7 +63,7 @@ class ResidualWalks {
   bool scatters(std::uint32_t surface) const {
     const Scene& scene = scene_.trace().scene();
     const Material& material = scene.material_of(scene.surfaces[surface]);
-    return material.finish == Finish::glass || max_channel(specular_share(material, material.reflectance)) > 0;
+    return material.finish == Finish::glass || is_specular(material);
   }
 
   /// Follows a ray that has met a mirror, gloss or glass to where it lands; one way is drawn where there are several.
@@ -80,16 +80,10 @@ class ResidualWalks {
       if (emission_counts && !at.back) seen += landing.weight * std::numbers::pi * material.radiance;
       Vec3 from = trace.lifted(at);
       if (material.finish == Finish::glass) {
-        const double cosine = -glm::dot(direction, at.normal);
-        const bool solid = trace.is_solid_glass(at.surface);
-        const double eta = at.back && solid ? 1.0 / material.refractive_index : material.refractive_index;
-        if (random.unit() < (solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta))) {
-          direction = mirrored(direction, at.normal);
-          emission_counts = true, knows_mirror = false;
-        } else {
-          if (solid && !refracted(direction, at.normal, eta, direction)) break;
-          from = at.point - trace.offset() * at.normal;
-        }
+        const auto way = trace.way_at_glass(at, direction, random.unit());
+        if (!way) break;
+        from = way->from, direction = way->direction;
+        if (way->is_reflected) emission_counts = true, knows_mirror = false;
       } else {
         const Rgb diffuse = reflectance_at(scene, surface, at.point), share = specular_share(material, diffuse);
         const double both = max_channel(share) + max_channel(diffuse);

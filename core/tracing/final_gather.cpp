@@ -53,8 +53,7 @@ FinalGather::FinalGather(std::shared_ptr<const LitScene> scene, std::uint32_t ra
   const Scene& input = scene_->trace().scene();
   for (const Surface& surface : input.surfaces) {
     const Material& material = input.material_of(surface);
-    const bool specular = max_channel(specular_share(material, material.reflectance)) > 0;
-    scatters_.push_back(material.finish == Finish::glass || specular);
+    scatters_.push_back(material.finish == Finish::glass || is_specular(material));
   }
 }
 
@@ -117,18 +116,10 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
     if (emission_counts && !at.back) sum += throughput * std::numbers::pi * material.radiance;
     Vec3 from = trace.lifted(at);
     if (material.finish == Finish::glass) {
-      // One of both ways, drawn by its share.
-      const double cosine = -glm::dot(direction, at.normal);
-      const bool solid = trace.is_solid_glass(at.surface);
-      const double eta = at.back && solid ? 1.0 / material.refractive_index : material.refractive_index;
-      const double reflectance = solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta);
-      if (random.unit() < reflectance) {
-        direction = mirrored(direction, at.normal);
-        emission_counts = true, knows_mirror = false;
-      } else {
-        if (solid && !refracted(direction, at.normal, eta, direction)) return sum;
-        from = at.point - trace.offset() * at.normal;
-      }
+      const auto way = trace.way_at_glass(at, direction, random.unit());
+      if (!way) return sum;
+      from = way->from, direction = way->direction;
+      if (way->is_reflected) emission_counts = true, knows_mirror = false;
     } else {
       const Rgb diffuse = reflectance_at(trace.scene(), surface, at.point), share = specular_share(material, diffuse);
       const bool is_specular = max_channel(share) > 0;

@@ -93,20 +93,11 @@ Rgb PathTracer::traced(Vec3 from, Vec3 direction, Rgb throughput, double density
     }
 
     if (material.finish == Finish::glass) {
-      const bool solid = trace.is_solid_glass(at->surface);
-      const double eta = solid && at->back ? 1.0 / material.refractive_index : material.refractive_index;
-      const double reflectance = solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta);
-      if (random.unit() < reflectance) {
-        direction = mirrored(direction, at->normal);
-        from = trace.lifted(*at);
-        density = certain;
-      } else {
-        from = at->point - trace.offset() * at->normal;
-        if (solid) {
-          if (!refracted(direction, at->normal, eta, direction)) return sum;
-          density = certain;
-        }
-      }
+      const auto way = trace.way_at_glass(*at, direction, random.unit());
+      if (!way) return sum;
+      from = way->from, direction = way->direction;
+      // A pane seen through is no scattering: shadow rays know that way.
+      if (way->is_reflected || trace.is_solid_glass(at->surface)) density = certain;
       continue;
     }
 
@@ -214,6 +205,7 @@ std::vector<Estimate> ReferenceTracer::estimates(const ColumnJob& job, std::uint
   std::vector<Estimate> pixels(std::size_t{job.size()} * height);
   std::vector<std::uint64_t> rays_of_pixel(pixels.size(), 0);
   parallel_->for_each(pixels.size(), [&](std::size_t i) {
+    if (stop_ && *stop_) return;
     pixels[i] = tracer_.pixel(camera_, job.first + static_cast<std::uint32_t>(i / height),
                               static_cast<std::uint32_t>(i % height), samples_, rays_of_pixel[i]);
   });

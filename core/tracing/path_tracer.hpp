@@ -6,6 +6,7 @@
 /// glass refracts, and light through it is found by chance only.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <span>
 
@@ -61,9 +62,10 @@ std::vector<Estimate> reference_irradiance(const PathTracer& tracer, std::span<c
 /// The reference as a column source, for the same balancer and workers as every other method.
 class ReferenceTracer : public ColumnSource {
  public:
+  /// @param stop  as in TracingOptions
   ReferenceTracer(std::shared_ptr<const LitScene> scene, const PinholeCamera& camera, std::uint32_t samples,
-                  std::shared_ptr<const Parallel> parallel)
-      : tracer_(std::move(scene)), camera_(camera), samples_(samples), parallel_(std::move(parallel)) {}
+                  std::shared_ptr<const Parallel> parallel, const std::atomic<bool>* stop = nullptr)
+      : tracer_(std::move(scene)), camera_(camera), samples_(samples), parallel_(std::move(parallel)), stop_(stop) {}
   std::uint32_t width() const override { return camera_.width(); }
   std::uint32_t height() const override { return camera_.height(); }
   std::vector<Rgbf> columns(const ColumnJob& job, std::uint64_t& rays) const override;
@@ -76,6 +78,7 @@ class ReferenceTracer : public ColumnSource {
   PinholeCamera camera_;
   std::uint32_t samples_;
   std::shared_ptr<const Parallel> parallel_;
+  const std::atomic<bool>* stop_;
 };
 
 }  // namespace lichthof

@@ -48,6 +48,8 @@ Rgb specular_share(const Material& material, const Rgb& diffuse) {
   return glm::max(glm::min(material.specular, Rgb{1.0} - diffuse), Rgb{0.0});
 }
 
+bool is_specular(const Material& material) { return max_channel(specular_share(material, material.reflectance)) > 0; }
+
 Vec3 phong_direction(const Vec3& axis, double exponent, const Vec2& square) {
   const double cosine = std::pow(1.0 - square.x, 1.0 / (exponent + 1.0));
   const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));

@@ -60,6 +60,18 @@ void TraceScene::find_solids() {
   for (const std::uint32_t s : glass_surfaces_) solid_[s] = !open[find(s)];
 }
 
+std::optional<GlassWay> TraceScene::way_at_glass(const SurfacePoint& at, const Vec3& direction, double choice) const {
+  const Material& material = scene_->material_of(scene_->surfaces[at.surface]);
+  const bool solid = is_solid_glass(at.surface);
+  const double cosine = -glm::dot(direction, at.normal);
+  const double eta = solid && at.back ? 1.0 / material.refractive_index : material.refractive_index;
+  if (choice < (solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta)))
+    return GlassWay{lifted(at), mirrored(direction, at.normal), true};
+  GlassWay way{at.point - offset() * at.normal, direction, false};
+  if (solid && !refracted(direction, at.normal, eta, way.direction)) return std::nullopt;
+  return way;
+}
+
 SurfacePoint TraceScene::surface_point(std::uint32_t surface, bool front, const Vec3& near_point) const {
   const Surface& met = scene_->surfaces[surface];
   return {surface, !front, near_point - glm::dot(near_point - met.corners[0], met.normal) * met.normal,

@@ -19,6 +19,12 @@ struct SurfacePoint {
   Vec3 normal;                ///< unit, out of this side
 };
 
+/// How a ray goes on from a face of glass.
+struct GlassWay {
+  Vec3 from, direction;
+  bool is_reflected = false;
+};
+
 class TraceScene {
  public:
   /// @pre at least one surface
@@ -46,6 +52,10 @@ class TraceScene {
   /// True for glass that bounds a closed volume (every edge shared by two faces): there rays are refracted. All other
   /// glass is a pane: rays pass straight through its two faces.
   bool is_solid_glass(std::uint32_t surface) const { return has_glass() && solid_[surface] != 0; }
+
+  /// One of both ways from a face of glass, drawn by its share: reflected, or through it, which solids bend.
+  /// @param direction  unit, towards the face @param choice  in [0, 1) @returns nothing where a way through does not exist
+  std::optional<GlassWay> way_at_glass(const SurfacePoint& at, const Vec3& direction, double choice) const;
 
   /// Share of light that clear glass lets through between two points (1); the direction is not bent, solids count each of
   /// their faces. @param solids_block  true: solid glass counts as opaque @returns 1 without glass

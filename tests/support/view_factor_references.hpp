@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/support/gauss.hpp"
+
 namespace lichthof::reference {
 
 /// Two equal rectangles a x b, parallel at distance 1, opposite each other [Howell's catalogue C-11].
@@ -29,25 +31,13 @@ inline double perpendicular_exchange(double width, double height) {
   return static_cast<double>(sum / pi);
 }
 
-/// Gauss-Legendre quadrature of 24 points over each interval between neighbouring ends.
+/// Quadrature of 24 points over each interval between neighbouring ends.
 inline double integral(const std::vector<double>& ends, const std::function<double(double)>& f) {
-  constexpr int count = 24;
+  static const test::Gauss gauss(24);
   double sum = 0;
-  for (int i = 0; i < count; ++i) {
-    double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5)), slope = 1;
-    for (int step = 0; step < 50; ++step) {
-      double p = 1, before = 0;
-      for (int k = 1; k <= count; ++k) {
-        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
-        before = p, p = next;
-      }
-      slope = count * (x * p - before) / (x * x - 1);
-      x -= p / slope;
-    }
-    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-      const double half = 0.5 * (ends[k + 1] - ends[k]);
-      sum += 2 / ((1 - x * x) * slope * slope) * half * f(ends[k] + half * (1 + x));
-    }
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    const double length = ends[k + 1] - ends[k];
+    sum += length * gauss.over([&](double x) { return f(ends[k] + length * x); });
   }
   return sum;
 }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "tests/support/gauss.hpp"
 #include "tests/support/hemicube_reference.hpp"
 
 using namespace lichthof;
@@ -13,32 +14,6 @@ using namespace lichthof;
 namespace {
 
 constexpr double pi = std::numbers::pi;
-
-/// Nodes and weights of Gauss-Legendre quadrature on [0, 1].
-struct Gauss {
-  std::vector<double> node, weight;
-  explicit Gauss(int count) {
-    for (int i = 0; i < count; ++i) {
-      double x = std::cos(pi * (i + 0.75) / (count + 0.5)), slope = 1;
-      for (int step = 0; step < 50; ++step) {
-        double p = 1, before = 0;
-        for (int k = 1; k <= count; ++k) {
-          const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
-          before = p, p = next;
-        }
-        slope = count * (x * p - before) / (x * x - 1);
-        x -= p / slope;
-      }
-      node.push_back(0.5 * (x + 1));
-      weight.push_back(1 / ((1 - x * x) * slope * slope));
-    }
-  }
-  double over(const std::function<double(double)>& f) const {
-    double sum = 0;
-    for (std::size_t i = 0; i < node.size(); ++i) sum += weight[i] * f(node[i]);
-    return sum;
-  }
-};
 
 /// Point above a corner of an a x b rectangle at distance 1, parallel [Howell's catalogue B-3].
 long double above_corner(long double a, long double b) {
@@ -88,7 +63,7 @@ TEST_SUITE("form_factor") {
   }
 
   TEST_CASE("form_factor: the faces of a unit cube have 0.199824896 and 0.200043776") {
-    const Gauss smooth(12), fine(32);
+    const test::Gauss smooth(12), fine(32);
     const double opposite = smooth.over([&](double x) {
       return smooth.over([&](double y) { return form_factor({x, y, 0}, {0, 0, 1}, ceiling); });
     });
@@ -102,7 +77,7 @@ TEST_SUITE("form_factor") {
   }
 
   TEST_CASE("form_factor: plates of the tables of validation") {
-    const Gauss fine(40);
+    const test::Gauss fine(40);
     struct Case {
       double width, depth, value;
     };
@@ -171,10 +146,10 @@ TEST_SUITE("form_factor") {
   }
 
   TEST_CASE("form_factor: nothing from behind, from the own plane, or below the horizon") {
-    const Polygon floor{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};      // faces up
+    const Polygon floor{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};  // faces up
     CHECK(form_factor({0.5, 0.5, 0}, {0, 0, 1}, floor) == 0);
-    CHECK(form_factor({2, 0.5, 1}, {-1, 0, 0}, ceiling) == 0);            // on its plane
-    CHECK(form_factor({0.5, 0.5, 0}, {0, 0, -1}, ceiling) == 0);          // looks away
+    CHECK(form_factor({2, 0.5, 1}, {-1, 0, 0}, ceiling) == 0);    // on its plane
+    CHECK(form_factor({0.5, 0.5, 0}, {0, 0, -1}, ceiling) == 0);  // looks away
     CHECK(form_factor({0.5, 0.5, 0}, {0, 0, 1}, ceiling) > 0);
   }
 
