@@ -16,7 +16,7 @@ constexpr std::uint32_t max_pixels = max_message_bytes / 12, max_columns = 1u <<
 }  // namespace
 
 template <>
-inline constexpr std::size_t least_bytes<ShotPatch> = 70;
+inline constexpr std::size_t least_bytes<ShotPatch> = 71;
 
 // ---- The fields, once for both directions -----------------------------------------------------------------------------
 // A structure is taken apart by a structured binding: a field that is added to it and forgotten here does not compile.
@@ -52,8 +52,8 @@ static void fields(Codec& c, Field<Codec, ColumnJob> job) {
 
 template <class Codec>
 static void fields(Codec& c, Field<Codec, ShotPatch> patch) {
-  auto& [corners, columns, rows, lo, hi, delta, area, openness, reflected, emitted] = patch;
-  c(columns, rows, lo, hi, reflected, emitted);
+  auto& [corners, branch, columns, rows, lo, hi, delta, area, openness, reflected, emitted] = patch;
+  c(branch, columns, rows, lo, hi, reflected, emitted);
   c.list(corners, max_corners);
   c.list(delta, max_places);
   c.list(area, max_places);

@@ -11,7 +11,8 @@ namespace lichthof::bench {
 namespace {
 
 constexpr std::size_t packet_count = 1024;  // 0.8 MB: they stay in the cache, as a shot's own packet does
-constexpr std::uint64_t keep_every = 61;    // packet of the pass; shares no factor with the 16 or 64 elements of a shooter
+constexpr std::uint64_t keep_every =
+    61;  // packet of the pass; shares no factor with the 16 or 64 elements of a shooter
 
 /// Collects rays of the pass, every so manieth packet, into full packets: what the ray tracer is best given.
 class PacketSample : public PacketObserver {
@@ -47,7 +48,8 @@ struct Transfers {
 
 /// Repeats a pass in one cell, shot by shot.
 /// @param observe  called with each shot, unmeasured; may be empty
-Transfers transfers_of(const BenchCase& scene, std::uint64_t shots, const std::function<void(const Shot&)>& observe = {}) {
+Transfers transfers_of(const BenchCase& scene, std::uint64_t shots,
+                       const std::function<void(const Shot&)>& observe = {}) {
   std::vector<GroupId> groups;
   for (std::uint32_t g = 0; g < scene.mesh()->groups.size(); ++g) groups.push_back(GroupId{g});
   Box everywhere;
@@ -77,7 +79,8 @@ std::vector<Segments16> own_packets(const BenchCase& scene, const PacketScene& p
   const ElementOutlines outlines(*scene.mesh(), {});
   const TransferOptions options;
   PacketSample sample;
-  const TransferScene into{*scene.mesh(), packets.tree, packets.rays, occluders, outlines, options, packets.origin, nullptr, &sample};
+  const TransferScene into{*scene.mesh(), packets.tree,   packets.rays, occluders, outlines,
+                           options,       packets.origin, true,         nullptr,   &sample};
   Radiosity unused(*scene.mesh(), packets.tree);
   const Parallel alone(1);
   transfers_of(scene, shots, [&](const Shot& shot) { transfer(shot, nullptr, into, unused, alone); });
@@ -141,7 +144,8 @@ Expected<Section> radiosity_section(const BenchCase& scene) {
   section.add("net_per_s", "rays per CPU second, whole pass", rays / pass_s, "1/s");
   section.add("raw_per_s", "ray tracer alone on rays of the pass, in full packets", raw.per_s, "1/s");
   section.add("raw_blocked", "share of those that is blocked", raw.blocked);
-  section.add("raw_random_per_s", "ray tracer alone on rays between random receivers and patches", raw_random.per_s, "1/s");
+  section.add("raw_random_per_s", "ray tracer alone on rays between random receivers and patches", raw_random.per_s,
+              "1/s");
   section.add("raw_random_blocked", "share of those that is blocked", raw_random.blocked);
   section.add("transfer_ratio", "transfers alone : ray tracer alone on the same rays", rays / transfer_s / raw.per_s);
   section.add("ratio", "whole pass : ray tracer alone on the same rays", rays / pass_s / raw.per_s, "", at_least(0.6));

@@ -27,6 +27,7 @@ bool plausible_polygon(const std::vector<Vec2>& corners) {
 
 /// @returns what can't be, or nullptr
 const char* fault_of(const ShotPatch& patch) {
+  if (patch.branch >= 16) return "a place in its group that does not exist";
   const std::size_t places = std::size_t{patch.columns} * patch.rows;
   if (places < 1 || places > 16 || patch.delta.size() != places || patch.area.size() != places ||
       patch.openness.size() != places)

@@ -9,6 +9,7 @@
 #include "core/light/radiosity.hpp"
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
+#include "core/light/shadows.hpp"
 #include "core/light/transfer.hpp"
 #include "core/light/visibility_cache.hpp"
 
@@ -25,7 +26,7 @@ Rgb Shot::power() const {
 std::size_t Shot::wire_bytes() const {
   // As the wire form counts: 32-bit floats for values, 64-bit ones for places.
   std::size_t bytes = 8 + 8 + 4 + 4 * 24 + 24 + 8 + 8 + 16 * corners.size();
-  for (const ShotPatch& patch : patches) bytes += 2 + 32 + 24 + 16 * patch.corners.size() + 20 * patch.delta.size();
+  for (const ShotPatch& patch : patches) bytes += 3 + 32 + 24 + 16 * patch.corners.size() + 20 * patch.delta.size();
   return bytes;
 }
 
@@ -103,6 +104,7 @@ struct CellLight::Impl {
         occluders(*scene, surfaces, origin, rays.offset()), light(*mesh, tree),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
+    hulls_pay = hulls_are_clear();
     find_openness(tree, rays, mesh->options.patch_size, *parallel);
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
@@ -110,6 +112,31 @@ struct CellLight::Impl {
         power += sum_channels(light.patches[p].exitance) * light.patches[p].area;
       largest_initial_power = std::max(largest_initial_power, power);
     }
+  }
+
+  /// Whether occluders between shooters and receivers are so few that it pays to search for them: most hulls of a crowded scene
+  /// hold more than is worth looking at. Pairs of groups and islands all over the cell tell.
+  bool hulls_are_clear() const {
+    constexpr std::size_t most_groups = 64, most_islands = 8;
+    constexpr double share_that_pays =
+        0.1;  // Cornell 1, two_rooms .73: pays; office .02, office_floor .2: even; courtyard .002: costs a tenth
+    const std::size_t groups = std::min(most_groups, tree.groups.size()),
+                      islands = std::min(most_islands, tree.islands.size());
+    std::size_t clear = 0;
+    for (std::size_t g = 0; g < groups; ++g) {
+      const Group& group = mesh->groups[tree.groups[g * tree.groups.size() / groups].mesh_group];
+      const Plane& plane = mesh->planes[group.plane.value];
+      std::vector<Vec3> corners;
+      for (const Vec2& corner : mesh->polygon(group.polygon)) corners.push_back(plane.point(corner));
+      const ShadowShooter shooter(flat_shooter(corners, plane.normal, origin), occluders, true);
+      for (std::size_t i = 0; i < islands; ++i) {
+        const ReceiverNode& node =
+            tree.nodes[tree.islands[(i * tree.islands.size() + g) / islands % tree.islands.size()]];
+        const Shaft hull = shaft_between(shooter.box, box_of(node), static_cast<float>(rays.offset()));
+        clear += occluders.in_shaft(hull, shooter.sides, Shadows::few_occluders).complete;
+      }
+    }
+    return static_cast<double>(clear) > share_that_pays * static_cast<double>(groups * islands);
   }
 
   std::vector<GroupId> lit_groups(std::vector<GroupId> groups) const {
@@ -137,6 +164,8 @@ struct CellLight::Impl {
   ElementOutlines outlines;
   VisibilityCache answers;
   double largest_initial_power = 0;
+
+  bool hulls_pay = true;  ///< whether shadows search hulls for occluders, see core/light/shadows
 };
 
 CellLight::CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
@@ -171,6 +200,7 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
     ShotPatch& out = shot.patches[k];
     const std::span<const Vec2> corners = mesh.polygon(patch.polygon);
     out.corners.assign(corners.begin(), corners.end());
+    out.branch = patch.branch;
     out.columns = static_cast<std::uint8_t>(shooting_columns(patch));
     out.rows = static_cast<std::uint8_t>(shooting_rows(patch));
     out.lo = patch.lo, out.hi = patch.hi;
@@ -186,8 +216,8 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
   // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
-  const TransferScene scene{*impl_->mesh,    impl_->tree,    impl_->rays,   impl_->occluders,
-                            impl_->outlines, impl_->options, impl_->origin, answers};
+  const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,      impl_->occluders, impl_->outlines,
+                            impl_->options, impl_->origin, impl_->hulls_pay, answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   if (!incoming) impl_->light.record_closure(shot, work.received);
   return work;

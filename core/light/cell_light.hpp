@@ -19,6 +19,7 @@ namespace lichthof {
 /// One shooting patch inside a shot: its polygon and what each of its places distributes.
 struct ShotPatch {
   std::vector<Vec2> corners;           ///< plane coordinates of Shot (m)
+  std::uint8_t branch = 0;             ///< Patch::branch
   std::uint8_t columns = 1, rows = 1;  ///< places on the bounding rectangle lo..hi
   Vec2 lo, hi;
   std::vector<Rgbf> delta;  ///< unshot radiosity per grid place, column fastest (W/m²), signed

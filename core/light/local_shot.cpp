@@ -25,21 +25,28 @@ void set_aims(Aim16& aim, PointOfLane&& point_of_lane) {
   }
 }
 
+/// The middle of an element in the local frame, and what is open of its area (m²).
+struct OpenPlace {
+  Vec3 centre;
+  float area;
+};
+
 /// Aims at elements in proportion to what is open of them. Aiming blindly multiplies the mean radiosity by the mean visibility,
 /// but what is hidden under furniture is dark as well: the product of means loses several percent.
-/// @param open_area  of each element (m²)
-void aim_where_it_is_open(FlatSource& source, std::span<const FlatSource> elements, std::span<const float> open_area) {
-  std::array<float, 64> up_to;
+void aim_where_it_is_open(FlatSource& source, std::span<const OpenPlace> places) {
   float total = 0;
-  for (std::size_t e = 0; e < elements.size(); ++e) up_to[e] = total += open_area[e];
+  for (const OpenPlace& place : places) total += place.area;
   if (!(total > 0)) return;
-  set_aims(source.aim, [&](int lane) {
-    // Strata of equal area; neighbouring lanes take strata far apart.
-    const float wanted = (static_cast<float>(lane * 5 & 15) + 0.5f) / 16.f * total;
-    const auto found = std::lower_bound(up_to.begin(), up_to.begin() + static_cast<std::ptrdiff_t>(elements.size()) - 1, wanted);
-    const FlatShooter& f = elements[static_cast<std::size_t>(found - up_to.begin())].flat;
-    return Vec3{f.cx, f.cy, f.cz};
-  });
+  // Strata of equal area; neighbouring lanes take strata far apart.
+  std::array<Vec3, 16> of_stratum;
+  std::size_t next = 0;
+  float up_to = places[0].area;
+  for (int k = 0; k < 16; ++k) {
+    const float wanted = (static_cast<float>(k) + 0.5f) / 16.f * total;
+    while (up_to < wanted && next + 1 < places.size()) up_to += places[++next].area;
+    of_stratum[static_cast<std::size_t>(k)] = places[next].centre;
+  }
+  set_aims(source.aim, [&](int lane) { return of_stratum[static_cast<std::size_t>(lane * 5 & 15)]; });
 }
 
 FlatSource source_of(const Plane& plane, std::span<const Vec2> corners, const Vec3& origin, const Rgbf& reflected,
@@ -72,23 +79,89 @@ void element_corners(const ShotPatch& patch, int column, int row, bool rectangul
   corners = std::move(piece);
 }
 
-}  // namespace
+/// The convex polygon whose pieces have these corners, counter-clockwise.
+/// @source [Andrew79]
+Polygon2 hull_of(std::vector<Vec2> points) {
+  std::sort(points.begin(), points.end(),
+            [](const Vec2& a, const Vec2& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
+  Vec2 lo = points.front(), hi = lo;
+  for (const Vec2& p : points) lo = glm::min(lo, p), hi = glm::max(hi, p);
+  // Corners of the pieces that lie on an edge of the whole, to rounding, are none of its own.
+  const double slack = 1e-9 * glm::dot(hi - lo, hi - lo);
+  Polygon2 hull;
+  const auto add_chain = [&](auto first, auto last) {
+    const std::size_t start = hull.size();
+    for (; first != last; ++first) {
+      while (hull.size() >= start + 2) {
+        const Vec2 a = hull.back() - hull[hull.size() - 2], b = *first - hull.back();
+        if (a.x * b.y - a.y * b.x > slack) break;
+        hull.pop_back();
+      }
+      hull.push_back(*first);
+    }
+    hull.pop_back();  // the other chain begins with it
+  };
+  add_chain(points.begin(), points.end());
+  add_chain(points.rbegin(), points.rend());
+  return hull;
+}
 
-LocalShot local_shot(const Shot& shot, const Vec3& origin) {
-  LocalShot local;
-  Rgbf group_reflected{0.f}, group_emitted{0.f};
-  float group_area = 0;
-  local.first_element.push_back(0);
-  std::vector<float> open_areas;
-  Polygon2 corners;
-  for (const ShotPatch& patch : shot.patches) {
-    float area = 0;
-    for (const float a : patch.area) area += a;
-    group_reflected += area * patch.reflected;
-    group_emitted += area * patch.emitted;
-    group_area += area;
-    local.emits |= patch.emitted != Rgbf{0.f};
-    local.patches.push_back(source_of(shot.plane, patch.corners, origin, patch.reflected, patch.emitted));
+class PartsOfShot {
+ public:
+  PartsOfShot(const Shot& shot, const Vec3& origin, LocalShot& local) : shot_(shot), origin_(origin), local_(local) {
+    add_branch(shot.corners, shot.patches, 0);
+  }
+
+ private:
+  /// @param patches  those of the branch
+  /// @param level  0: the group, 1: a quarter of it, 2: a quarter of that
+  void add_branch(std::span<const Vec2> corners, std::span<const ShotPatch> patches, int level) {
+    const std::size_t part = local_.parts.size(), first_place = places_.size();
+    local_.parts.push_back({ShotPart::Level::branch, 0, mean_of(corners, patches)});
+    while (level < 2 && count_of_next(patches, level) == patches.size()) ++level;  // it is not divided here
+    for (std::size_t next = 0; next < patches.size();) {
+      const std::size_t count = level < 2 ? count_of_next(patches.subspan(next), level) : 1;
+      if (count == 1)
+        add_patch(patches[next]);
+      else
+        add_branch(hull_of(corners_of(patches.subspan(next, count))), patches.subspan(next, count), level + 1);
+      next += count;
+    }
+    finish(part, first_place);
+  }
+
+  /// How many of the patches, from the first on, lie in the same quarter.
+  static std::size_t count_of_next(std::span<const ShotPatch> patches, int level) {
+    const auto quarter = [&](const ShotPatch& patch) { return patch.branch >> (level == 0 ? 2 : 0); };
+    std::size_t count = 1;
+    while (count < patches.size() && quarter(patches[count]) == quarter(patches[0])) ++count;
+    return count;
+  }
+
+  static std::vector<Vec2> corners_of(std::span<const ShotPatch> patches) {
+    std::vector<Vec2> corners;
+    for (const ShotPatch& patch : patches) corners.insert(corners.end(), patch.corners.begin(), patch.corners.end());
+    return corners;
+  }
+
+  FlatSource mean_of(std::span<const Vec2> corners, std::span<const ShotPatch> patches) const {
+    Rgbf reflected{0.f}, emitted{0.f};
+    float total_area = 0;
+    for (const ShotPatch& patch : patches) {
+      float area = 0;
+      for (const float a : patch.area) area += a;
+      reflected += area * patch.reflected;
+      emitted += area * patch.emitted;
+      total_area += area;
+    }
+    return source_of(shot_.plane, corners, origin_, reflected / total_area, emitted / total_area);
+  }
+
+  void add_patch(const ShotPatch& patch) {
+    const std::size_t part = local_.parts.size(), first_place = places_.size();
+    local_.emits |= patch.emitted != Rgbf{0.f};
+    local_.parts.push_back(
+        {ShotPart::Level::patch, 0, source_of(shot_.plane, patch.corners, origin_, patch.reflected, patch.emitted)});
     const Vec2 size = patch.hi - patch.lo;
     const bool rectangular =
         patch.corners.size() == 4 && std::abs(signed_area(patch.corners) - size.x * size.y) <= 1e-9 * size.x * size.y;
@@ -96,18 +169,36 @@ LocalShot local_shot(const Shot& shot, const Vec3& origin) {
       for (int column = 0; column < patch.columns; ++column) {
         const std::size_t place = static_cast<std::size_t>(row) * patch.columns + static_cast<std::size_t>(column);
         if (patch.area[place] <= 0) continue;
-        element_corners(patch, column, row, rectangular, corners);
-        if (corners.size() < 3) continue;
-        local.reflects |= patch.delta[place] != patch.emitted;
-        local.elements.push_back(source_of(shot.plane, corners, origin, patch.delta[place] - patch.emitted, patch.emitted));
-        open_areas.push_back(patch.openness[place] * patch.area[place]);
+        element_corners(patch, column, row, rectangular, corners_);
+        if (corners_.size() < 3) continue;
+        local_.reflects |= patch.delta[place] != patch.emitted;
+        const auto end = static_cast<std::uint32_t>(local_.parts.size()) + 1;
+        local_.parts.push_back(
+            {ShotPart::Level::element, end,
+             source_of(shot_.plane, corners_, origin_, patch.delta[place] - patch.emitted, patch.emitted)});
+        const FlatShooter& f = local_.parts.back().source.flat;
+        places_.push_back({Vec3{f.cx, f.cy, f.cz}, patch.openness[place] * patch.area[place]});
       }
-    const std::size_t first = local.first_element.back();
-    aim_where_it_is_open(local.patches.back(), std::span(local.elements).subspan(first), std::span(open_areas).subspan(first));
-    local.first_element.push_back(static_cast<std::uint32_t>(local.elements.size()));
+    finish(part, first_place);
   }
-  local.group = source_of(shot.plane, shot.corners, origin, group_reflected / group_area, group_emitted / group_area);
-  aim_where_it_is_open(local.group, local.elements, open_areas);
+
+  void finish(std::size_t part, std::size_t first_place) {
+    local_.parts[part].end = static_cast<std::uint32_t>(local_.parts.size());
+    aim_where_it_is_open(local_.parts[part].source, std::span(places_).subspan(first_place));
+  }
+
+  const Shot& shot_;
+  const Vec3& origin_;
+  LocalShot& local_;
+  std::vector<OpenPlace> places_;  ///< of all elements so far
+  Polygon2 corners_;
+};
+
+}  // namespace
+
+LocalShot local_shot(const Shot& shot, const Vec3& origin) {
+  LocalShot local;
+  PartsOfShot(shot, origin, local);
   return local;
 }
 

@@ -1,4 +1,4 @@
-/// A shot as a cell sees it: in its local frame, at three levels of detail, with the points that its shadow rays aim at.
+/// A shot as a cell sees it: in its local frame, at all levels of detail, with the points that its shadow rays aim at.
 #pragma once
 
 #include <vector>
@@ -18,13 +18,23 @@ struct FlatSource {
   FlatBox box;              ///< around the polygon
 };
 
-/// A shot brought into a cell's local frame, at its three levels of detail.
+/// One level of detail of a piece of the shooter.
+struct ShotPart {
+  enum class Level : std::uint8_t {
+    branch,
+    patch,
+    element
+  };  ///< a branch is the group, a quarter of it, or a quarter of that
+  Level level = Level::branch;
+  std::uint32_t end = 0;  ///< one past the last part that this one consists of; those follow it
+  FlatSource source;
+};
+
+/// A shot brought into a cell's local frame.
 struct LocalShot {
-  FlatSource group;
-  std::vector<FlatSource> patches;
-  std::vector<FlatSource> elements;
-  std::vector<std::uint32_t> first_element;  ///< per patch, one more than patches
-  bool reflects = false, emits = false;      ///< any of it is not zero
+  std::vector<ShotPart> parts;           ///< the whole group first, each part before those it consists of
+  bool reflects = false, emits = false;  ///< any of it is not zero
+  const FlatSource& group() const { return parts.front().source; }
 };
 
 LocalShot local_shot(const Shot& shot, const Vec3& origin);

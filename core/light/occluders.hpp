@@ -2,6 +2,7 @@
 /// receivers, and which lanes of a packet they block. Where few are left, or none, no ray needs to be traced.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,14 @@ struct FlatBox {
 };
 
 FlatBox box_of(const FlatPolygon& polygon);
+/// Of what has bounds: nodes and clusters of the receiver tree.
+template <class Bounded>
+requires requires(const Bounded& b) { b.lo[2] < b.hi[2]; }
+FlatBox box_of(const Bounded& bounded) {
+  FlatBox box;
+  std::copy_n(bounded.lo, 3, box.lo), std::copy_n(bounded.hi, 3, box.hi);
+  return box;
+}
 
 /// The hull of two boxes with all segments between them, whose ends are lifted off their surfaces by `offset` (m).
 Shaft shaft_between(const FlatBox& shooter, const FlatBox& receivers, float offset);

@@ -52,9 +52,13 @@ class Builder {
     std::vector<GroupId> groups;
     Box box;
     Vec3 centre{0.0};
-    bool packed = false;
     std::uint32_t clusters = 1;
   };
+
+  /// Whether a patch goes on where another ends, or begins a cluster. @param lane  after the last one's; 0: there is none
+  static bool shares_cluster(std::uint32_t element_count, std::uint32_t lane) {
+    return lane > 0 && lane + element_count <= 16;
+  }
 
   void finish(Bundle& bundle) const {
     for (const GroupId id : bundle.groups)
@@ -74,9 +78,14 @@ class Builder {
         small.push_back(id);
         continue;
       }
-      Bundle bundle{{id}, {}, {}, false, 0};
-      for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
-        bundle.clusters += (mesh_.patches[p].element_count + 15) / 16;
+      Bundle bundle{{id}, {}, {}, 0};
+      std::uint32_t lane = 0;
+      for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) {
+        const std::uint32_t count = mesh_.patches[p].element_count;
+        if (!shares_cluster(count, lane)) ++bundle.clusters, lane = 0;
+        bundle.clusters += (lane + count - 1) / 16;
+        lane = (lane + count - 1) % 16 + 1;
+      }
       finish(bundle);
       bundles.push_back(std::move(bundle));
     }
@@ -109,20 +118,21 @@ class Builder {
     std::sort(keyed.begin(), keyed.end(), [](const Keyed& a, const Keyed& b) {
       return std::tie(a.place, a.facing, a.fine, a.id) < std::tie(b.place, b.facing, b.fine, b.id);
     });
+    std::vector<Bundle> packed;
     std::uint32_t lanes = 17;
     std::uint64_t place = 0;
     for (const Keyed& k : keyed) {
       const std::uint32_t count = element_count(mesh_, mesh_.groups[k.id.value]);
       if (lanes + count > 16 || k.place != place) {
-        bundles.push_back({{}, {}, {}, true, 1});
+        packed.push_back({{}, {}, {}, 1});
         lanes = 0;
         place = k.place;
       }
-      bundles.back().groups.push_back(k.id);
+      packed.back().groups.push_back(k.id);
       lanes += count;
     }
-    for (Bundle& bundle : bundles)
-      if (bundle.packed) finish(bundle);
+    for (Bundle& bundle : packed) finish(bundle);
+    bundles.insert(bundles.end(), packed.begin(), packed.end());
   }
 
   std::uint32_t add_node(std::vector<Bundle>& bundles, std::size_t first, std::size_t last) {
@@ -171,16 +181,14 @@ class Builder {
     item.first_cluster = static_cast<std::uint32_t>(tree_.clusters.size());
     item.first_group = static_cast<std::uint32_t>(tree_.groups.size());
     item.group_count = static_cast<std::uint32_t>(bundle.groups.size());
-    const auto item_patch = static_cast<std::uint32_t>(tree_.patches.size());
     std::uint32_t lane = 0;
     for (const GroupId id : bundle.groups) {
       const Group& group = mesh_.groups[id.value];
       tree_.groups.push_back({id.value, static_cast<std::uint32_t>(tree_.patches.size()), group.patch_count});
       for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) {
-        if (!bundle.packed || lane == 0) {
+        if (!shares_cluster(mesh_.patches[p].element_count, lane)) {
           tree_.clusters.emplace_back();
-          tree_.clusters.back().first_patch =
-              bundle.packed ? item_patch : static_cast<std::uint32_t>(tree_.patches.size());
+          tree_.clusters.back().first_patch = static_cast<std::uint32_t>(tree_.patches.size());
           lane = 0;
         }
         add_patch(p, lane);

@@ -1,8 +1,8 @@
 /// The receivers of a cell, packed for vectors and rays: clusters of up to 16 elements under a bounding-volume tree.
 ///
 /// Full patches are a cluster of their own, or several where they are refined; patches of few elements share one with their
-/// neighbours. A group is never
-/// divided between two items, and an item never between two islands, so a task that owns an island owns its groups.
+/// neighbours. A group is never divided between two items, and an item never between two islands, so a task that owns an island
+/// owns its groups.
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,16 @@ namespace lichthof {
 
 struct Cluster {
   Receivers16 points;
-  alignas(64) float area[16];        ///< m²; 0 in empty lanes
-  float openness[16] = {};           ///< in [0, 1], see core/light/openness
-  std::uint32_t element[16];         ///< index into Mesh::elements
-  std::uint16_t patch[16];           ///< index of the lane's patch, counted from the item's first local patch
-  std::uint32_t lanes = 0;           ///< bit i: lane i holds a receiver
-  std::uint32_t first_patch = 0;     ///< local number of the patch that `patch` counts from
-  bool single_patch = false;         ///< all lanes belong to one patch
-  bool planar = false;               ///< all lanes lie in one plane
-  float lo[3], hi[3];                ///< bounds of the points (m, local)
-  float total_area = 0;              ///< m²
+  alignas(64) float area[16];     ///< m²; 0 in empty lanes
+  float openness[16] = {};        ///< in [0, 1], see core/light/openness
+  std::uint32_t element[16];      ///< index into Mesh::elements
+  std::uint16_t patch[16];        ///< index of the lane's patch, counted from `first_patch`
+  std::uint32_t lanes = 0;        ///< bit i: lane i holds a receiver
+  std::uint32_t first_patch = 0;  ///< local number of the first patch
+  bool single_patch = false;      ///< all lanes belong to one patch
+  bool planar = false;            ///< all lanes lie in one plane
+  float lo[3], hi[3];             ///< bounds of the points (m, local)
+  float total_area = 0;           ///< m²
 };
 
 /// One or more whole groups with their clusters: the unit that islands are made of.
@@ -38,14 +38,14 @@ struct ReceiverItem {
 struct ReceiverNode {
   float lo[3], hi[3];
   std::uint32_t first_item = 0, item_count = 0;
-  std::uint32_t right = 0;           ///< index of the second child; the first one follows the node itself; 0: leaf
+  std::uint32_t right = 0;  ///< index of the second child; the first one follows the node itself; 0: leaf
   std::uint32_t cluster_count = 0;
 };
 
 struct PatchPlace {
-  std::uint32_t mesh_patch = 0;      ///< index into Mesh::patches
-  std::uint32_t first_cluster = 0;   ///< and as many more as its elements need
-  std::uint32_t first_lane = 0;      ///< in the first
+  std::uint32_t mesh_patch = 0;     ///< index into Mesh::patches
+  std::uint32_t first_cluster = 0;  ///< and as many more as its elements need
+  std::uint32_t first_lane = 0;     ///< in the first
   struct Lane {
     std::uint32_t cluster, lane;
   };
@@ -54,7 +54,7 @@ struct PatchPlace {
 };
 
 struct GroupPlace {
-  std::uint32_t mesh_group = 0;      ///< index into Mesh::groups
+  std::uint32_t mesh_group = 0;                    ///< index into Mesh::groups
   std::uint32_t first_patch = 0, patch_count = 0;  ///< range of ReceiverTree::patches
 };
 

@@ -7,19 +7,19 @@ namespace lichthof {
 
 namespace {
 
-/// Looking at this many occluders takes about as long as tracing a packet.
-constexpr int most_one_by_one = 16;
 /// With more of them around, most hulls are crowded and looking for the few that are not does not pay.
 constexpr std::size_t most_in_island = 128;
 
 }  // namespace
 
-ShadowShooter::ShadowShooter(const FlatShooter& polygon_, const Occluders& occluders)
-    : polygon(polygon_), box(box_of(polygon_)), sides(occluders.sides_of(polygon_)) {}
+ShadowShooter::ShadowShooter(const FlatShooter& polygon_, const Occluders& occluders, bool in_hulls)
+    : polygon(polygon_), box(box_of(polygon_)) {
+  if (in_hulls) sides = occluders.sides_of(polygon_);
+}
 
-Shadows::Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays,
+Shadows::Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays, bool in_hulls,
                  PacketObserver* observer)
-    : shooter_(shooter), occluders_(occluders), ray_scene_(rays), observer_(observer),
+    : shooter_(shooter), occluders_(occluders), ray_scene_(rays), in_hulls_(in_hulls), observer_(observer),
       offset_(static_cast<float>(rays.offset())) {}
 
 bool Shadows::hide(const FlatBox& box, bool look) {
@@ -42,6 +42,8 @@ bool Shadows::hide(const FlatBox& box, bool look) {
 }
 
 void Shadows::enter_island(const FlatBox& box) {
+  island_.complete = false;
+  if (!in_hulls_) return;
   island_ = occluders_.in_shaft(shaft_between(shooter_.box, box, offset_), shooter_.sides, most_in_island);
   in_cluster_.resize(island_.candidates.size());
   in_part_.resize(island_.candidates.size());
@@ -112,7 +114,7 @@ void Shadows::find_in_part() {
     one_by_one_ &= (in_part_[k].lanes & ~island_.blocks[in_part_[k].block].exact) == 0;
     occluders += __builtin_popcount(in_part_[k].lanes);
   }
-  one_by_one_ &= occluders <= most_one_by_one;
+  one_by_one_ &= occluders <= few_occluders;
 }
 
 void Shadows::trace(Factors16& packet, std::uint32_t seen) {

@@ -3,7 +3,8 @@
 ///
 /// From the cheapest answer on: a convex surface hides the whole box of many receivers; no surface reaches into the hull of
 /// shooter and receivers (shaft culling [Haines94]); what blocked the neighbours blocks this packet; the few surfaces in the
-/// packet's own hull are looked at one by one; rays. All of them are exact: rays alone would give the same lanes.
+/// packet's own hull are looked at one by one; rays. All of them are exact: rays alone would give the same lanes. Hulls are not
+/// searched where most of them are crowded (core/light/cell_light).
 #pragma once
 
 #include <cstdint>
@@ -16,10 +17,10 @@ namespace lichthof {
 
 /// The shooter of a shot, as its shadows need it; the same for all tasks.
 struct ShadowShooter {
-  ShadowShooter(const FlatShooter& polygon, const Occluders& occluders);
+  ShadowShooter(const FlatShooter& polygon, const Occluders& occluders, bool in_hulls);
   FlatShooter polygon;
   FlatBox box;
-  std::vector<ShooterSides> sides;  ///< by block of `occluders`
+  std::vector<ShooterSides> sides;  ///< by block of `occluders`; empty where no hulls are searched
 };
 
 /// Sees every packet before it is answered: for measurements.
@@ -32,7 +33,12 @@ class PacketObserver {
 /// Of one shot on one thread, for islands of neighbouring clusters one after the other.
 class Shadows {
  public:
-  Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays, PacketObserver* observer);
+  /// Looking at this many occluders takes about as long as tracing a packet.
+  static constexpr int few_occluders = 16;
+
+  /// @param in_hulls  whether the hulls of shooter and receivers are searched for occluders; the answers are the same without
+  Shadows(const ShadowShooter& shooter, const Occluders& occluders, const RayScene& rays, bool in_hulls,
+          PacketObserver* observer);
 
   /// True when one convex surface hides the whole box from the whole shooter.
   /// @param look  whether a ray to the middle of the box may find it, or only what hid something before
@@ -61,6 +67,7 @@ class Shadows {
   const ShadowShooter& shooter_;
   const Occluders& occluders_;
   const RayScene& ray_scene_;
+  bool in_hulls_;
   PacketObserver* observer_;
   const Kernels& kernels_ = kernels();
   float offset_;

@@ -20,13 +20,12 @@ float distance_to_box(const FlatShooter& f, const float (&lo)[3], const float (&
   return std::sqrt(square);
 }
 
-/// How finely receivers that are not near see the emission of a luminaire.
-enum class Detail { elements, patches, group };
-
+/// How finely all receivers see the emission of a luminaire, at least.
+///
 /// Element by element, for its shadow edges carry most of a picture's detail: but a luminaire of many patches is sampled well
 /// enough by those, and a luminous ceiling by its groups. So the rays of a receiver stay some hundred however small elements
 /// are, and the work grows with the receivers alone.
-Detail detail_of_luminaire(const Mesh& mesh, GroupId id) {
+ShotPart::Level detail_of_luminaire(const Mesh& mesh, GroupId id) {
   constexpr std::uint32_t enough = 32;
   const Group& own = mesh.groups[id.value];
   const auto is_part = [&](std::uint32_t g) {
@@ -40,7 +39,8 @@ Detail detail_of_luminaire(const Mesh& mesh, GroupId id) {
   };
   for (std::uint32_t g = id.value; g > 0 && groups < enough && is_part(g - 1); --g) count(g - 1);
   for (std::uint32_t g = id.value + 1; g < mesh.groups.size() && groups < enough && is_part(g); ++g) count(g);
-  return groups >= enough ? Detail::group : patches >= enough ? Detail::patches : Detail::elements;
+  using enum ShotPart::Level;
+  return groups >= enough ? branch : patches >= enough ? patch : element;
 }
 
 /// One shot as all tasks see it.
@@ -60,7 +60,7 @@ struct ShotView {
     if (scene.options.method == TransferMethod::hemicube)
       items.emplace(shot, scene.outlines, incoming, scene.options.hemicube_resolution, parallel);
     else
-      shadows.emplace(local.group.flat, scene.occluders);
+      shadows.emplace(local.group().flat, scene.occluders, scene.in_hulls);
   }
 
   /// True when the box does not reach in front of the shooter's plane.
@@ -72,19 +72,12 @@ struct ShotView {
 
   LocalShot local;
   const HemicubeBitmap* incoming;
-  Detail emission = Detail::elements;
+  ShotPart::Level emission = ShotPart::Level::element;  ///< no coarser than this
   std::optional<ShadowShooter> shadows;
   std::optional<ItemVisibility> items;  ///< method `hemicube`, instead of shadows
   float offset, plane = 0;
   float centre[3], tangent[3], bitangent[3], normal[3];
 };
-
-template <class Bounded>
-FlatBox box_of(const Bounded& bounded) {
-  FlatBox box;
-  std::copy_n(bounded.lo, 3, box.lo), std::copy_n(bounded.hi, 3, box.hi);
-  return box;
-}
 
 /// What shadow rays answered in one island: asked anew and noted, or read from the notes of an earlier shot.
 class IslandAnswers {
@@ -118,7 +111,7 @@ class IslandTask {
   IslandTask(const ShotView& shot, const TransferScene& scene, Radiosity& light, const IslandAnswers& answers)
       : view_(shot), shot_(shot.local), scene_(scene), light_(light), answers_(answers) {
     clear_segments(factors_.segments);
-    if (view_.shadows) shadows_.emplace(*view_.shadows, scene.occluders, scene.rays, scene.observer);
+    if (view_.shadows) shadows_.emplace(*view_.shadows, scene.occluders, scene.rays, scene.in_hulls, scene.observer);
   }
 
   TransferWork run(std::uint32_t root) {
@@ -166,42 +159,45 @@ class IslandTask {
     if (cluster.planar && faces_away(cluster)) return;
     ++work_.clusters_tested;
     if (view_.items) return receive_by_items(cluster, index);
-    const float group_distance = distance_to_box(shot_.group.flat, cluster.lo, cluster.hi);
-    if (can_not_matter(cluster, group_distance)) {
+    if (can_not_matter(cluster, distance_to_box(shot_.group().flat, cluster.lo, cluster.hi))) {
       ++work_.clusters_cut;
       return;
     }
     shadows_->enter_cluster(box_of(cluster));
     // The level of detail follows from the distance alone. It must never change from shot to shot: what a receiver got of single
     // elements earlier would not fit what it gets of their mean later.
-    const TransferOptions& options = scene_.options;
-    const bool near_group = group_distance <= static_cast<float>(options.group_factor) * shot_.group.radius;
-    shadows_->enter_part(nullptr);
-    const bool group_reflects = !near_group && shot_.reflects;
-    const bool group_emits = !near_group && shot_.emits && view_.emission == Detail::group;
-    if (group_reflects || group_emits) add(cluster, index, shot_.group, part(group_reflects, group_emits));
-    const bool reflects = shot_.reflects && !group_reflects, emits = shot_.emits && !group_emits;
-    if (!reflects && !emits) return;
-    for (std::size_t p = 0; p < shot_.patches.size(); ++p) {
-      const FlatSource& patch = shot_.patches[p];
-      shadows_->enter_part(&patch.box);
-      const bool near = near_group && distance_to_box(patch.flat, cluster.lo, cluster.hi) <=
-                                          static_cast<float>(1 + options.near_factor) * patch.radius;
-      const bool patch_reflects = reflects && !near;
-      const bool patch_emits = emits && !near && view_.emission != Detail::elements;
-      if (patch_reflects || patch_emits) add(cluster, index, patch, part(patch_reflects, patch_emits));
-      const bool elements_reflect = reflects && !patch_reflects, elements_emit = emits && !patch_emits;
-      if (!elements_reflect && !elements_emit) continue;
-      for (std::uint32_t e = shot_.first_element[p]; e < shot_.first_element[p + 1]; ++e)
-        add(cluster, index, shot_.elements[e], part(elements_reflect, elements_emit));
+    const auto all = static_cast<std::uint32_t>(shot_.parts.size());
+    std::uint32_t reflected_up_to = shot_.reflects ? 0 : all, emitted_up_to = shot_.emits ? 0 : all;  // is settled
+    for (std::uint32_t p = 0; p < all;) {
+      const ShotPart& part = shot_.parts[p];
+      const bool is_enough = suffices(part, cluster);
+      const bool reflects = p >= reflected_up_to && is_enough;
+      const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
+      if (reflects) reflected_up_to = part.end;
+      if (emits) emitted_up_to = part.end;
+      if (reflects || emits) {
+        shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
+        add(cluster, index, part.source, share(reflects, emits));
+      }
+      p = reflected_up_to >= part.end && emitted_up_to >= part.end ? part.end : p + 1;
     }
+  }
+
+  /// Whether the receivers are far enough to see the part as one.
+  bool suffices(const ShotPart& part, const Cluster& cluster) const {
+    if (part.level == ShotPart::Level::element) return true;
+    const TransferOptions& options = scene_.options;
+    const double radii = part.level == ShotPart::Level::patch ? 1 + options.near_factor : options.group_factor;
+    return distance_to_box(part.source.flat, cluster.lo, cluster.hi) > static_cast<float>(radii) * part.source.radius;
   }
 
   /// The paper's transfer: patch by patch, each receiver seen or not from the centre of the shooting patch.
   void receive_by_items(const Cluster& cluster, std::uint32_t index) {
-    for (std::size_t p = 0; p < shot_.patches.size(); ++p) {
-      item_patch_ = p;
-      add(cluster, index, shot_.patches[p], part(shot_.reflects, shot_.emits));
+    item_patch_ = 0;
+    for (const ShotPart& part : shot_.parts) {
+      if (part.level != ShotPart::Level::patch) continue;
+      add(cluster, index, part.source, share(shot_.reflects, shot_.emits));
+      ++item_patch_;
     }
   }
 
@@ -218,7 +214,7 @@ class IslandTask {
 
   /// No point of the shooter is nearer than `distance` minus its radius, and no cosine is above 1.
   bool can_not_matter(const Cluster& cluster, float distance) const {
-    const float nearest = distance - shot_.group.radius;
+    const float nearest = distance - shot_.group().radius;
     constexpr float pi = 3.14159265f;
     return nearest > 0 &&
            cluster.total_area < static_cast<float>(scene_.options.contribution_cut) * pi * nearest * nearest;
@@ -226,18 +222,19 @@ class IslandTask {
 
   bool faces_away(const Cluster& cluster) const {
     const Receivers16& r = cluster.points;
-    const FlatShooter& f = shot_.group.flat;
+    const FlatShooter& f = shot_.group().flat;
     const float height = (f.cx - r.x[0]) * r.nx[0] + (f.cy - r.y[0]) * r.ny[0] + (f.cz - r.z[0]) * r.nz[0];
-    return height + shot_.group.radius <= 0;
+    return height + shot_.group().radius <= 0;
   }
 
-  enum class Part { reflected, emitted, both };
-  static Part part(bool reflects, bool emits) {
-    return !emits ? Part::reflected : reflects ? Part::both : Part::emitted;
+  /// What of a source's light.
+  enum class Share { reflected, emitted, both };
+  static Share share(bool reflects, bool emits) {
+    return !emits ? Share::reflected : reflects ? Share::both : Share::emitted;
   }
 
   /// Transfer from one polygon into one cluster.
-  void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Part part) {
+  void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Share share) {
     const std::uint32_t sees = answers_.answer([&] { return cast(cluster, index, source); });
     if (sees == 0) return;
     if (answers_.are_read()) {
@@ -247,7 +244,7 @@ class IslandTask {
       const auto lanes = static_cast<std::uint64_t>(__builtin_popcount(sees));
       work_.rays += lanes, work_.rays_saved += lanes;
     }
-    settle({index, item_, &source, part}, factors_);
+    settle({index, item_, &source, share}, factors_);
   }
 
   /// @returns lanes that the shooter's front is turned to
@@ -275,7 +272,7 @@ class IslandTask {
   struct Arrival {
     std::uint32_t cluster = 0, item = 0;
     const FlatSource* source = nullptr;
-    Part part = Part::reflected;
+    Share share = Share::reflected;
   };
 
   /// Adds what is not blocked.
@@ -285,12 +282,12 @@ class IslandTask {
     ClusterLight& light = light_.clusters[arrival.cluster];
     float delta[3];
     for (int c = 0; c < 3; ++c)
-      delta[c] = arrival.part == Part::reflected ? source.reflected[c]
-                 : arrival.part == Part::emitted ? source.emitted[c]
-                                                 : source.reflected[c] + source.emitted[c];
+      delta[c] = arrival.share == Share::reflected ? source.reflected[c]
+                 : arrival.share == Share::emitted ? source.emitted[c]
+                                                   : source.reflected[c] + source.emitted[c];
     const float received_area = kernels_.accumulate16(factors, cluster.area, delta, light.received);
     if (received_area <= 0.f) return;
-    if (arrival.part != Part::reflected) kernels_.accumulate16(factors, nullptr, source.emitted, light.direct);
+    if (arrival.share != Share::reflected) kernels_.accumulate16(factors, nullptr, source.emitted, light.direct);
     credit(cluster, factors, Rgb{delta[0], delta[1], delta[2]}, received_area);
     if (touched_items_.empty() || touched_items_.back() != arrival.item) touched_items_.push_back(arrival.item);
   }

@@ -1,7 +1,7 @@
 /// One shot into the receivers of one cell: analytic form factors, shadow rays in the own cell, bitmap for foreign ones.
 ///
-/// Per cluster of 16 receivers the shooter is seen as a whole group from afar, as patches nearer by, and element by element,
-/// with signed unshot radiosity, when it is about as near as it is large (numerics: near field, hierarchical shooters).
+/// Per cluster of 16 receivers the shooter is seen as a whole group from afar, as its quarters and patches nearer by, and element
+/// by element, with signed unshot radiosity, when it is about as near as it is large (numerics: near field, hierarchical shooters).
 #pragma once
 
 #include "core/light/cell_light.hpp"
@@ -19,10 +19,11 @@ struct TransferScene {
   const Mesh& mesh;
   const ReceiverTree& tree;
   const RayScene& rays;
-  const Occluders& occluders;        ///< the surfaces of the cell, index as RayScene's hits
-  const ElementOutlines& outlines;   ///< only for the method `hemicube`
+  const Occluders& occluders;       ///< the surfaces of the cell, index as RayScene's hits
+  const ElementOutlines& outlines;  ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
+  bool in_hulls = true;                ///< see core/light/shadows
   VisibilityCache* answers = nullptr;  ///< of earlier shots into this scene; nullptr: every ray is asked anew
   PacketObserver* observer = nullptr;  ///< with one thread only
 };

@@ -184,9 +184,16 @@ std::uint8_t base_fineness(const MeshOptions& options) {
   return static_cast<std::uint8_t>(1 << static_cast<int>(doublings));
 }
 
+/// How many times a group is halved along each axis: until about 8x8 elements that shoot have become patches.
+int halvings(const MeshOptions& options) {
+  const double places_along = options.patch_size / (options.element_size * base_fineness(options));
+  return 3 - static_cast<int>(std::clamp(std::round(std::log2(places_along)), 0.0, 2.0));
+}
+
 class Cutter {
  public:
-  /// Halving a group twice and gridding a patch add up to 6 corners; the kernels take 20 (FlatShooter::max_corners).
+  /// A patch is cut from its group by four lines at most, and an element from its patch: up to 8 corners more; the kernels take
+  /// 20 (FlatShooter::max_corners).
   static constexpr std::size_t max_group_corners = 10;
 
   Cutter(const Scene& scene, Mesh& mesh, const Box& box)
@@ -222,35 +229,67 @@ class Cutter {
     group.first_patch = static_cast<std::uint32_t>(mesh_.patches.size());
     const GroupId group_id{static_cast<std::uint32_t>(mesh_.groups.size())};
 
-    for (const Polygon& piece : halves(polygon, plane.normal, group.block)) add_patch(piece, plane_id, group_id, group);
+    Box block;
+    for (int axis = 0; axis < 3; ++axis) {
+      block.lo[axis] = mesh_.lines[axis][group.block[axis]];
+      block.hi[axis] = mesh_.lines[axis][group.block[axis] + 1];
+    }
+    const int flat_axis = largest_axis(plane.normal);
+    halve(polygon, flat_axis, block, halvings(mesh_.options), 0,
+          [&](const Polygon& piece, std::uint8_t branch) { add_patch(piece, plane_id, group_id, group, branch); });
     group.patch_count = static_cast<std::uint32_t>(mesh_.patches.size()) - group.first_patch;
     if (group.patch_count == 0) return;
     mesh_.groups.push_back(group);
     mesh_.group_is_lit.push_back(lit);
   }
 
-  /// Cuts along the middle lines of the block, on the two axes the plane runs along, where the piece is long enough.
-  std::vector<Polygon> halves(const Polygon& polygon, const Vec3& normal,
-                              const std::array<std::uint16_t, 3>& block) const {
-    int flat_axis = 0;
+  static int largest_axis(const Vec3& normal) {
+    int largest = 0;
     for (int axis = 1; axis < 3; ++axis)
-      if (exceeds(std::abs(normal[axis]), std::abs(normal[flat_axis]))) flat_axis = axis;
+      if (exceeds(std::abs(normal[axis]), std::abs(normal[largest]))) largest = axis;
+    return largest;
+  }
+
+  /// Cuts along the middle lines of a box, on the two axes the plane runs along, where the piece is long enough; and the quarters
+  /// likewise, until it is done so many `times`.
+  template <class AddPatch>
+  void halve(const Polygon& polygon, int flat_axis, const Box& box, int times, std::uint8_t branch,
+             AddPatch&& add) const {
+    struct Piece {
+      Polygon polygon;
+      Box box;
+    };
     const double patch = mesh_.options.patch_size;
-    std::vector<Polygon> pieces{polygon};
+    std::vector<Piece> pieces{{polygon, box}};
     for (int axis = 0; axis < 3; ++axis) {
       if (axis == flat_axis) continue;
       double lo, hi;
       extent_along(polygon, axis, lo, hi);
-      const double middle = 0.5 * (mesh_.lines[axis][block[axis]] + mesh_.lines[axis][block[axis] + 1]);
-      if (hi - lo <= 1.1 * patch || middle - lo < 0.2 * patch || hi - middle < 0.2 * patch) continue;
-      std::vector<Polygon> cut;
-      for (const Polygon& piece : pieces)
-        for (const double sign : {1.0, -1.0})
-          if (Polygon part = clipped(piece, sign * axis_direction(axis), sign * middle, tolerance_); !part.empty())
-            cut.push_back(std::move(part));
+      const double middle = 0.5 * (box.lo[axis] + box.hi[axis]);
+      const auto half = [&](Polygon part, const Box& of, double sign) {
+        Piece piece{std::move(part), of};
+        (sign > 0 ? piece.box.lo : piece.box.hi)[axis] = middle;
+        return piece;
+      };
+      const bool is_cut = hi - lo > 1.1 * patch && middle - lo >= 0.2 * patch && hi - middle >= 0.2 * patch;
+      std::vector<Piece> cut;
+      for (const Piece& piece : pieces) {
+        if (!is_cut) cut.push_back(half(piece.polygon, piece.box, lo + hi > 2 * middle ? 1.0 : -1.0));
+        for (const double sign : {1.0, -1.0}) {
+          if (!is_cut) break;
+          Polygon part = clipped(piece.polygon, sign * axis_direction(axis), sign * middle, tolerance_);
+          if (!part.empty()) cut.push_back(half(std::move(part), piece.box, sign));
+        }
+      }
       pieces = std::move(cut);
     }
-    return pieces;
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      if (times == 1)
+        add(pieces[k].polygon, branch);
+      else
+        halve(pieces[k].polygon, flat_axis, pieces[k].box, times - 1,
+              static_cast<std::uint8_t>(branch | k << 2 * (times - 2)), add);
+    }
   }
 
   CornerRange add_polygon(const Polygon& polygon, const Plane& plane) {
@@ -260,7 +299,7 @@ class Cutter {
     return range;
   }
 
-  void add_patch(const Polygon& polygon, PlaneId plane_id, GroupId group_id, const Group& group) {
+  void add_patch(const Polygon& polygon, PlaneId plane_id, GroupId group_id, const Group& group, std::uint8_t branch) {
     const Plane& plane = mesh_.planes[plane_id.value];
     const Surface& surface = scene_.surfaces[group.surface.value];
     Patch patch;
@@ -268,6 +307,7 @@ class Cutter {
     patch.plane = plane_id;
     patch.surface = group.surface;
     patch.back = group.back;
+    patch.branch = branch;
     patch.area = area(polygon);
     if (patch.area <= tolerance_ * tolerance_) return;
     patch.centre = centroid(polygon);
@@ -404,7 +444,8 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
         options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
   }
   if (mesh.options.element_size <= 0) mesh.options.element_size = mesh.options.patch_size / 4;
-  for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, 2 * mesh.options.patch_size);
+  const double block = mesh.options.patch_size * (1 << halvings(mesh.options));
+  for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, block);
 
   Cutter cutter(scene, mesh, box);
   for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {

@@ -1,9 +1,10 @@
 /// The mesh of a scene: surfaces cut by a rectilinear grid into groups, patches and elements.
 ///
 /// A *group* is the piece of one surface side inside one block of the grid; cells are unions of blocks, so a group lies in
-/// exactly one cell whatever the topology (§2: "the same mesh can be used with different cell topologies"). A group holds
-/// up to 2x2 patches; it shoots as one towards receivers far away. A *patch* shoots; it is a group cut along the middle
-/// lines of its block. *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon. Where
+/// exactly one cell whatever the topology (§2: "the same mesh can be used with different cell topologies"). It shoots as one
+/// towards receivers far away. A *patch* shoots; it is a group halved along the middle lines of its block, and again along those
+/// of the halves where patches are of few elements: a group is about 8x8 elements whatever their size, so up to 8x8 patches.
+/// *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon. Where
 /// the light asks for it (core/light/refinement) each of them is divided into 2x2, 4x4 or 8x8: the patch receives in more
 /// places, and shoots from its 16 as before, so that fine receivers cost no finer shooters.
 /// Group, patch and element are all convex polygons of one plane.
@@ -23,9 +24,9 @@ namespace lichthof {
 /// An oriented plane that at least one surface side lies on. Coplanar sides that face the same way share it, whatever
 /// their material, so irradiance can be interpolated across them.
 struct Plane {
-  Vec3 origin;   ///< a point of the plane (m)
-  Vec3 u, v;     ///< unit, right-handed with `normal`; along the grid's axes where the plane allows it
-  Vec3 normal;   ///< unit, towards the side that is lit
+  Vec3 origin;  ///< a point of the plane (m)
+  Vec3 u, v;    ///< unit, right-handed with `normal`; along the grid's axes where the plane allows it
+  Vec3 normal;  ///< unit, towards the side that is lit
   Vec3 point(const Vec2& p) const { return origin + p.x * u + p.y * v; }
   Vec2 coordinates(const Vec3& p) const {
     const Vec3 d = p - origin;
@@ -42,13 +43,13 @@ struct CornerRange {
 struct Group {
   PlaneId plane;
   SurfaceId surface;
-  bool back = false;             ///< it is the back of its surface
+  bool back = false;  ///< it is the back of its surface
   std::uint32_t first_patch = 0;
-  std::uint32_t patch_count = 0; ///< 1..4
+  std::uint32_t patch_count = 0;  ///< 1..64
   CornerRange polygon;
-  double area = 0;               ///< m²
-  double radius = 0;             ///< m; largest distance of a corner from the centre
-  Vec3 centre;                   ///< centre of gravity (m)
+  double area = 0;                       ///< m²
+  double radius = 0;                     ///< m; largest distance of a corner from the centre
+  Vec3 centre;                           ///< centre of gravity (m)
   std::array<std::uint16_t, 3> block{};  ///< index of the block along x, y, z
 };
 
@@ -57,28 +58,35 @@ struct Patch {
   PlaneId plane;
   SurfaceId surface;
   bool back = false;
-  std::uint8_t columns = 1, rows = 1;    ///< of elements
-  std::uint8_t fineness = 1;             ///< 1, 2, 4 or 8: elements on each side of a place; places shoot, 16 at most
+  /// Which of the group's quarters it lies in, times 4, and which quarter of that: in ascending order within the group, 0 where
+  /// it has no such.
+  std::uint8_t branch = 0;
+  std::uint8_t columns = 1, rows = 1;  ///< of elements
+  std::uint8_t fineness = 1;           ///< 1, 2, 4 or 8: elements on each side of a place; places shoot, 16 at most
   std::uint32_t first_element = 0;
-  std::uint32_t element_count = 0;       ///< ≤ columns * rows; empty ones are left out
+  std::uint32_t element_count = 0;  ///< ≤ columns * rows; empty ones are left out
   CornerRange polygon;
-  Vec2 lo, hi;                           ///< bounding rectangle in plane coordinates (m)
-  double area = 0;                       ///< m²
-  double radius = 0;                     ///< m
-  Vec3 centre;                           ///< m
-  Rgb reflectance{0.0};                  ///< mean over the patch, texture included
-  Rgb exitance{0.0};                     ///< π Ke on the front (W/m²), 0 on the back
+  Vec2 lo, hi;           ///< bounding rectangle in plane coordinates (m)
+  double area = 0;       ///< m²
+  double radius = 0;     ///< m
+  Vec3 centre;           ///< m
+  Rgb reflectance{0.0};  ///< mean over the patch, texture included
+  Rgb exitance{0.0};     ///< π Ke on the front (W/m²), 0 on the back
 };
 
 struct Element {
-  Vec2 centre;          ///< centre of gravity in plane coordinates (m)
-  float area = 0;       ///< m²
+  Vec2 centre;     ///< centre of gravity in plane coordinates (m)
+  float area = 0;  ///< m²
   std::uint8_t column = 0, row = 0;
 };
 
 /// Places of the grid a patch shoots from.
-inline std::uint32_t shooting_columns(const Patch& patch) { return static_cast<std::uint32_t>(patch.columns / patch.fineness); }
-inline std::uint32_t shooting_rows(const Patch& patch) { return static_cast<std::uint32_t>(patch.rows / patch.fineness); }
+inline std::uint32_t shooting_columns(const Patch& patch) {
+  return static_cast<std::uint32_t>(patch.columns / patch.fineness);
+}
+inline std::uint32_t shooting_rows(const Patch& patch) {
+  return static_cast<std::uint32_t>(patch.rows / patch.fineness);
+}
 inline std::size_t shooting_place(const Patch& patch, const Element& element) {
   return std::size_t{element.row} / patch.fineness * shooting_columns(patch) + element.column / patch.fineness;
 }
@@ -96,17 +104,17 @@ struct LitSides {
 };
 
 struct Mesh {
-  MeshOptions options;                          ///< with the sizes that were really used
-  std::array<std::vector<double>, 3> lines;     ///< block lines along x, y, z, ascending (m); cell boundaries lie on these
+  MeshOptions options;                       ///< with the sizes that were really used
+  std::array<std::vector<double>, 3> lines;  ///< block lines along x, y, z, ascending (m); cell boundaries lie on these
   std::vector<Plane> planes;
   std::vector<Group> groups;
-  std::vector<Patch> patches;                   ///< those of a group are contiguous
-  std::vector<Element> elements;                ///< those of a patch are contiguous
-  std::vector<Vec2> corners;                    ///< pool of all polygons
-  std::vector<std::uint8_t> group_is_lit;       ///< 0: dormant, light can not get there
+  std::vector<Patch> patches;              ///< those of a group are contiguous
+  std::vector<Element> elements;           ///< those of a patch are contiguous
+  std::vector<Vec2> corners;               ///< pool of all polygons
+  std::vector<std::uint8_t> group_is_lit;  ///< 0: dormant, light can not get there
   // What mesh_of() was given: the mesh follows from these, the scene and `options`.
   std::vector<LitSides> lit_sides;
-  std::vector<std::uint8_t> fineness;           ///< per patch; empty: 1 everywhere
+  std::vector<std::uint8_t> fineness;  ///< per patch; empty: 1 everywhere
 
   std::span<const Vec2> polygon(const CornerRange& range) const { return {corners.data() + range.first, range.count}; }
   /// Rectangle of an element in plane coordinates, before clipping to the patch.

@@ -17,9 +17,10 @@ struct TreeOfRooms {
   ReceiverTree tree;
   Vec3 origin{4, 2, 1};
 
-  explicit TreeOfRooms(double patch_size) {
+  explicit TreeOfRooms(double patch_size, double element_size = 0) {
     MeshOptions options;
     options.patch_size = patch_size;
+    options.element_size = element_size;
     mesh = mesh_of(*scene, options, {});
     for (std::uint32_t g = 0; g < mesh.groups.size(); ++g)
       if (g % 5) groups.push_back({g});  // a cell holds only some
@@ -31,8 +32,9 @@ struct TreeOfRooms {
 
 TEST_SUITE("receiver_tree") {
   TEST_CASE("receiver_tree: every element of the groups has one lane, and no other") {
-    for (const double patch_size : {2.0, 0.5, 0.2}) {
-      const TreeOfRooms rooms(patch_size);
+    for (const auto& [patch_size, element_size] :
+         {std::pair{2.0, 0.5}, {0.5, 0.125}, {0.2, 0.05}, {0.2, 0.1}, {0.2, 0.2}}) {
+      const TreeOfRooms rooms(patch_size, element_size);
       std::vector<int> wanted(rooms.mesh.elements.size(), 0), lanes(rooms.mesh.elements.size(), 0);
       for (const GroupId id : rooms.groups) {
         const Group& group = rooms.mesh.groups[id.value];
@@ -62,6 +64,17 @@ TEST_SUITE("receiver_tree") {
           if (cluster.single_patch) REQUIRE(cluster.patch[lane] == cluster.patch[0]);
         }
       CHECK(lanes == wanted);
+    }
+  }
+
+  TEST_CASE("receiver_tree: neighbouring patches of few elements fill clusters together") {
+    for (const double element_size : {0.1, 0.2}) {
+      const TreeOfRooms rooms(0.2, element_size);
+      std::size_t receivers = 0;
+      for (const Cluster& cluster : rooms.tree.clusters)
+        receivers += static_cast<std::size_t>(__builtin_popcount(cluster.lanes));
+      CAPTURE(element_size);
+      CHECK(static_cast<double>(receivers) > 10.0 * static_cast<double>(rooms.tree.clusters.size()));
     }
   }
 

@@ -63,7 +63,7 @@ TEST_SUITE("shadows") {
         std::vector<Vec3> corners;
         for (const Vec2& corner : rooms.mesh->polygon(group.polygon)) corners.push_back(plane.point(corner));
         const FlatShooter shooter = flat_shooter(corners, plane.normal, origin);
-        const ShadowShooter caster(shooter, occluders);
+        const ShadowShooter caster(shooter, occluders, true);
         Aim16 aim;
         for (int i = 0; i < 32; ++i) {  // points spread between the centre and the corners
           const int k = i % 16 % shooter.count;
@@ -72,7 +72,7 @@ TEST_SUITE("shadows") {
           aim.y[i] = shooter.cy + t * (shooter.y[k] - shooter.cy);
           aim.z[i] = shooter.cz + t * (shooter.z[k] - shooter.cz);
         }
-        Shadows shadows(caster, occluders, rays, nullptr);
+        Shadows shadows(caster, occluders, rays, true, nullptr);
         for (const std::uint32_t island : tree.islands) {
           const ReceiverNode& node = tree.nodes[island];
           shadows.enter_island({{node.lo[0], node.lo[1], node.lo[2]}, {node.hi[0], node.hi[1], node.hi[2]}});
@@ -117,7 +117,7 @@ TEST_SUITE("shadows") {
     const Occluders occluders(*scene, scene->surfaces, origin, rays.offset());
     const Polygon panel{{1, 1, 2}, {1, 2, 2}, {2, 2, 2}, {2, 1, 2}};
     const FlatShooter shooter = flat_shooter(panel, {0, 0, -1}, origin);
-    const ShadowShooter caster(shooter, occluders);
+    const ShadowShooter caster(shooter, occluders, true);
     const auto box = [](const Vec3& lo, const Vec3& hi) {
       FlatBox flat;
       for (int axis = 0; axis < 3; ++axis)
@@ -125,7 +125,7 @@ TEST_SUITE("shadows") {
         flat.hi[axis] = static_cast<float>(hi[axis] - origin[axis]);
       return flat;
     };
-    Shadows shadows(caster, occluders, rays, nullptr);
+    Shadows shadows(caster, occluders, rays, true, nullptr);
     CHECK(!shadows.hide(box({5, 1, 0}, {7, 3, 1}), false));  // nothing is known yet
     CHECK(shadows.hide(box({5, 1, 0}, {7, 3, 1}), true));
     CHECK(shadows.hide(box({4.5, 0.5, 0.2}, {7, 3, 2}), false));

@@ -14,9 +14,10 @@ using namespace lichthof;
 
 namespace {
 
-Mesh mesh_with(const Scene& scene, double patch_size) {
+Mesh mesh_with(const Scene& scene, double patch_size, double element_size = 0) {
   MeshOptions options;
   options.patch_size = patch_size;
+  options.element_size = element_size;
   return mesh_of(scene, options, {});
 }
 
@@ -52,7 +53,7 @@ void expect_sound(const Scene& scene, const Mesh& mesh) {
     const Surface& surface = scene.surfaces[group.surface.value];
     REQUIRE(glm::dot(plane.normal, surface.normal) * (group.back ? -1 : 1) > 1 - 1e-9);
     REQUIRE(glm::length(glm::cross(plane.u, plane.v) - plane.normal) < 1e-9);
-    REQUIRE((group.patch_count >= 1 && group.patch_count <= 4));
+    REQUIRE((group.patch_count >= 1 && group.patch_count <= 64));
     REQUIRE(group.first_patch == next_patch);
     const auto outline = mesh.polygon(group.polygon);
     REQUIRE(signed_area(outline) == doctest::Approx(group.area).epsilon(1e-6));
@@ -69,6 +70,8 @@ void expect_sound(const Scene& scene, const Mesh& mesh) {
       const Patch& patch = mesh.patches[p];
       patch_area += patch.area;
       REQUIRE(mesh.groups[patch.group.value].first_patch == group.first_patch);
+      REQUIRE(patch.branch < 16);
+      if (p > group.first_patch) REQUIRE(patch.branch >= mesh.patches[p - 1].branch);
       REQUIRE((patch.plane == group.plane && patch.surface == group.surface && patch.back == group.back));
       REQUIRE((patch.columns * patch.rows <= 16 && patch.element_count <= patch.columns * patch.rows));
       REQUIRE(patch.first_element == next_element);
@@ -106,6 +109,30 @@ TEST_SUITE("mesh") {
       CAPTURE(patch_size);
       expect_sound(mixed_scene(), mesh_with(mixed_scene(), patch_size));
       expect_sound(*test::two_rooms(), mesh_with(*test::two_rooms(), patch_size));
+      for (const double patches_along : {1, 2}) {
+        expect_sound(mixed_scene(), mesh_with(mixed_scene(), patch_size, patch_size / patches_along));
+        expect_sound(*test::two_rooms(), mesh_with(*test::two_rooms(), patch_size, patch_size / patches_along));
+      }
+    }
+  }
+
+  TEST_CASE("mesh: a group is about 8x8 elements, however many of them are a patch") {
+    Scene scene;
+    test::add_polygon(scene, {{0, 0, 0}, {8, 0, 0}, {8, 8, 0}, {0, 8, 0}},
+                      test::add_material(scene, test::diffuse(0.5)));
+    for (const int along : {1, 2, 4}) {  // elements along the side of a patch
+      const Mesh mesh = mesh_with(scene, 0.25 * along, 0.25);
+      CAPTURE(along);
+      CHECK(mesh.groups.size() == 2 * 16);
+      CHECK(mesh.elements.size() == 2 * 1024);
+      for (const Group& group : mesh.groups) {
+        CHECK(group.patch_count == 64 / along / along);
+        std::array<int, 16> patches_of_branch{};
+        for (std::uint32_t p = 0; p < group.patch_count; ++p)
+          ++patches_of_branch[mesh.patches[group.first_patch + p].branch];
+        // 16 quarters of quarters, 4 quarters, or the group itself: of 4 patches each.
+        for (std::size_t b = 0; b < 16; ++b) CHECK(patches_of_branch[b] == (b < group.patch_count / 4 ? 4 : 0));
+      }
     }
   }
 
@@ -177,7 +204,8 @@ TEST_SUITE("mesh") {
 
   TEST_CASE("mesh: coplanar sides that face alike share their plane, others do not") {
     Scene scene;
-    const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5)), red = test::add_material(scene, test::diffuse(0.2));
+    const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5)),
+                        red = test::add_material(scene, test::diffuse(0.2));
     test::add_rectangle(scene, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, grey);
     test::add_rectangle(scene, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}, red);
     test::add_rectangle(scene, {2, 0, 0}, {0, 1, 0}, {1, 0, 0}, red);      // faces down
@@ -220,8 +248,10 @@ TEST_SUITE("mesh") {
     scene.surfaces[0].texcoords = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     Rgb mean{0.0}, expected{0.0};
     double whole = 0;
-    for (const Patch& patch : mesh_with(scene, 0.25).patches) mean += patch.area * patch.reflectance, whole += patch.area;
-    for (int k = 0; k < 1000; ++k) expected += reflectance_at(scene, scene.surfaces[0], {2 * (k + 0.5) / 1000, 0.5, 0}) / 1000.0;
+    for (const Patch& patch : mesh_with(scene, 0.25).patches)
+      mean += patch.area * patch.reflectance, whole += patch.area;
+    for (int k = 0; k < 1000; ++k)
+      expected += reflectance_at(scene, scene.surfaces[0], {2 * (k + 0.5) / 1000, 0.5, 0}) / 1000.0;
     CHECK(glm::length(mean / whole - expected) < 1e-3);
   }
 
