@@ -11,6 +11,7 @@
 #include "actors/system_config.hpp"
 #include "core/base/check.hpp"
 #include "core/light/escape.hpp"
+#include "core/tracing/mirror_light.hpp"
 
 namespace lichthof::actors {
 
@@ -25,7 +26,7 @@ constexpr auto patience = 2s;  // for shots under way when a run is stopped
 
 using Lights = std::vector<std::shared_ptr<CellLight>>;
 
-Lights lights_of(const SolveRun& run) {
+Lights lights_of(const SolveRun& run, const Solution* begun) {
   TransferOptions options;
   options.method = run.options.method;
   options.hemicube_resolution = run.options.hemicube_resolution;
@@ -36,7 +37,7 @@ Lights lights_of(const SolveRun& run) {
     // A cell that is alone has no boundary to clip to.
     const Box box = is_divided ? run.grid->box(cell) : Box{Vec3{-1e300}, Vec3{1e300}};
     lights.push_back(std::make_shared<CellLight>(run.scene, run.mesh, groups[cell.value], box, options, run.parallel));
-    if (run.resume) lights.back()->load(*run.resume);
+    if (begun) lights.back()->load(*begun);
   }
   return lights;
 }
@@ -139,7 +140,11 @@ Solution solve(const SolveRun& run) {
   MUST(run.scene && run.mesh && run.grid && run.parallel);
   MUST(!run.resume || run.resume->irradiance.size() == run.mesh->elements.size());
   const SteadyTime start = std::chrono::steady_clock::now();
-  const Lights lights = lights_of(run);
+  const std::optional<Solution> by_mirrors = run.resume || run.options.method == TransferMethod::hemicube
+                                                 ? std::nullopt
+                                                 : light_by_mirrors(run.scene, run.mesh, *run.parallel);
+  const Solution* const begun = run.resume ? run.resume : by_mirrors ? &*by_mirrors : nullptr;
+  const Lights lights = lights_of(run, begun);
   const std::vector<std::shared_ptr<Cell>> cells = cells_of(run, lights);
   ControllerOptions options;
   options.cells = run.grid->cell_count();
@@ -159,6 +164,8 @@ Solution solve(const SolveRun& run) {
     solution.energy.absorbed += sum_channels(power.absorbed);
     solution.energy.unshot += sum_channels(power.unshot);
   }
+  if (begun) solution.energy.mirrored = begun->energy.mirrored;
+  solution.energy.absorbed -= solution.energy.mirrored;
   solution.energy.escaped = escaped_power(solution, *run.parallel);
   solution.converged = controller->converged();
   solution.seconds_radiosity = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -16,7 +16,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 3, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 4, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.
@@ -49,7 +49,7 @@ void put_head(ByteWriter& to, const Head& h) {
         c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut})
     to.put(value);
   for (const double value :
-       {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.seconds_radiosity})
+       {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored, h.seconds_radiosity})
     to.put(value);
   to.put(static_cast<std::uint8_t>(h.converged));
   to.put(h.elements), to.put(h.mesh_hash);
@@ -65,8 +65,8 @@ bool get_head(ByteReader& from, Head& h) {
        {&c.shots, &c.rays, &c.rays_saved, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes,
         &c.bitmap_bytes_raw, &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
-  for (double* value :
-       {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.seconds_radiosity})
+  for (double* value : {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.energy.mirrored,
+                        &h.seconds_radiosity})
     from.get(*value);
   from.get(h.converged);
   from.get(h.elements), from.get(h.mesh_hash);

@@ -32,7 +32,10 @@ JobSource::behavior_type balancer_elsewhere(JobSource::pointer, SendFrom send) {
 }
 
 bool is_begun(const Solution& s) {
-  return std::any_of(s.shot.begin(), s.shot.end(), [](const Rgbf& shot) { return shot != Rgbf{0.f}; });
+  const auto holds_light = [](const std::vector<Rgbf>& values) {
+    return std::any_of(values.begin(), values.end(), [](const Rgbf& value) { return value != Rgbf{0.f}; });
+  };
+  return holds_light(s.shot) || holds_light(s.irradiance);
 }
 
 Error impossible(const std::string& what) { return {ErrorCode::bad_input, "run", what}; }

@@ -18,6 +18,7 @@
 #include "apps/common/progress.hpp"
 #include "core/scene/partition.hpp"
 #include "core/tracing/column_tracer.hpp"
+#include "core/tracing/mirror_light.hpp"
 #include "io/image_writer.hpp"
 #include "io/scene_bytes.hpp"
 #include "io/solution_file.hpp"
@@ -426,6 +427,12 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   if (!grid) return grid.error();
   solution.options = {sizes, grid->size(), what->hemicube, what->eps,
                       what->method == Method::hemicube ? TransferMethod::hemicube : TransferMethod::rays};
+
+  if (has_first_pass(what->method) && what->method != Method::hemicube)
+    if (std::optional<Solution> begun = light_by_mirrors(solution.scene, solution.mesh, Parallel(options_.threads))) {
+      begun->options = solution.options;
+      solution = std::move(*begun);
+    }
 
   actors::JobOrder order;
   const std::string path = options_.lead.folder + "/begin." + hash.substr(0, 16) + "." + fresh_number();

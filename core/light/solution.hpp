@@ -28,9 +28,10 @@ struct SolveOptions {
 /// Energy of the first pass, summed over the channels (W). emitted = absorbed + escaped + unshot + residual.
 struct EnergyLedger {
   double emitted = 0;   ///< Σ E A
-  double absorbed = 0;  ///< Σ (1 - ρ) H A
+  double absorbed = 0;  ///< Σ (1 - ρ) H A, without `mirrored`
   double escaped = 0;   ///< left the scene; measured by rays that met nothing, not by subtraction
   double unshot = 0;    ///< Σ (E + ρH - S) A
+  double mirrored = 0;  ///< what mirrors pass on of what the first pass sees them absorb (core/tracing/mirror_light)
   double residual() const { return emitted > 0 ? (emitted - absorbed - escaped - unshot) / emitted : 0.0; }
 };
 

@@ -72,17 +72,20 @@ class ResidualWalks {
     const TraceScene& trace = scene_.trace();
     const Scene& scene = trace.scene();
     Rgb seen{0.0};
-    bool emission_counts = false, knows_mirror = scene_.direct().has_mirror_images();
+    bool emission_counts = false, is_counted = false, knows_mirror = scene_.direct().has_mirror_images();
     for (int bounce = 0; bounce < most_bounces; ++bounce) {
       const SurfacePoint at = landing.at;
       const Surface& surface = scene.surfaces[at.surface];
       const Material& material = scene.material_of(surface);
-      if (emission_counts && !at.back) seen += landing.weight * std::numbers::pi * material.radiance;
+      if (emission_counts && !is_counted && !at.back) seen += landing.weight * std::numbers::pi * material.radiance;
+      is_counted = false;
       Vec3 from = trace.lifted(at);
       if (material.finish == Finish::glass) {
+        seen += landing.weight * std::numbers::pi * trace.luminaire_in_glass(at, direction, rays);
         const auto way = trace.way_at_glass(at, direction, random.unit());
         if (!way) break;
         from = way->from, direction = way->direction;
+        is_counted = way->is_reflected;
         if (way->is_reflected) emission_counts = true, knows_mirror = false;
       } else {
         const Rgb diffuse = reflectance_at(scene, surface, at.point), share = specular_share(material, diffuse);

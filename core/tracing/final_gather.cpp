@@ -108,17 +108,21 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
   const TraceScene& trace = scene_->trace();
   Random random(seed, 13);
   Rgb sum{0.0}, throughput{1.0};
+  bool is_counted = false;                                   // the luminaire met next
   bool emission_counts = false;                              // until the ray leaves the ways that shadow rays know:
   bool knows_mirror = scene_->direct().has_mirror_images();  // straight ones, and those by way of one mirror
   for (int bounce = 0; bounce < most_bounces; ++bounce) {
     const Surface& surface = trace.scene().surfaces[at.surface];
     const Material& material = trace.scene().material_of(surface);
-    if (emission_counts && !at.back) sum += throughput * std::numbers::pi * material.radiance;
+    if (emission_counts && !is_counted && !at.back) sum += throughput * std::numbers::pi * material.radiance;
+    is_counted = false;
     Vec3 from = trace.lifted(at);
     if (material.finish == Finish::glass) {
+      sum += throughput * std::numbers::pi * trace.luminaire_in_glass(at, direction, rays);
       const auto way = trace.way_at_glass(at, direction, random.unit());
       if (!way) return sum;
       from = way->from, direction = way->direction;
+      is_counted = way->is_reflected;
       if (way->is_reflected) emission_counts = true, knows_mirror = false;
     } else {
       const Rgb diffuse = reflectance_at(trace.scene(), surface, at.point), share = specular_share(material, diffuse);

@@ -60,16 +60,29 @@ void TraceScene::find_solids() {
   for (const std::uint32_t s : glass_surfaces_) solid_[s] = !open[find(s)];
 }
 
+double TraceScene::refractive_index(const SurfacePoint& at) const {
+  const double index = scene_->material_of(scene_->surfaces[at.surface]).refractive_index;
+  return is_solid_glass(at.surface) && at.back ? 1.0 / index : index;
+}
+
+double TraceScene::glass_reflectance(const SurfacePoint& at, const Vec3& direction) const {
+  const double cosine = -glm::dot(direction, at.normal), eta = refractive_index(at);
+  return is_solid_glass(at.surface) ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta);
+}
+
 std::optional<GlassWay> TraceScene::way_at_glass(const SurfacePoint& at, const Vec3& direction, double choice) const {
-  const Material& material = scene_->material_of(scene_->surfaces[at.surface]);
-  const bool solid = is_solid_glass(at.surface);
-  const double cosine = -glm::dot(direction, at.normal);
-  const double eta = solid && at.back ? 1.0 / material.refractive_index : material.refractive_index;
-  if (choice < (solid ? fresnel_reflectance(cosine, eta) : pane_reflectance(cosine, eta)))
-    return GlassWay{lifted(at), mirrored(direction, at.normal), true};
+  if (choice < glass_reflectance(at, direction)) return GlassWay{lifted(at), mirrored(direction, at.normal), true};
   GlassWay way{at.point - offset() * at.normal, direction, false};
-  if (solid && !refracted(direction, at.normal, eta, way.direction)) return std::nullopt;
+  if (is_solid_glass(at.surface) && !refracted(direction, at.normal, refractive_index(at), way.direction))
+    return std::nullopt;
   return way;
+}
+
+Rgb TraceScene::luminaire_in_glass(const SurfacePoint& at, const Vec3& direction, std::uint64_t& rays) const {
+  ++rays;
+  const std::optional<SurfacePoint> shown = nearest(lifted(at), mirrored(direction, at.normal));
+  if (!shown || shown->back) return Rgb{0.0};
+  return glass_reflectance(at, direction) * scene_->material_of(scene_->surfaces[shown->surface]).radiance;
 }
 
 SurfacePoint TraceScene::surface_point(std::uint32_t surface, bool front, const Vec3& near_point) const {

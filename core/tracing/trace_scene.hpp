@@ -57,6 +57,10 @@ class TraceScene {
   /// @param direction  unit, towards the face @param choice  in [0, 1) @returns nothing where a way through does not exist
   std::optional<GlassWay> way_at_glass(const SurfacePoint& at, const Vec3& direction, double choice) const;
 
+  /// Radiance (W/(m² sr)) of the luminaire that a face of glass shows by reflection, weakened by its share; 0 where it shows none.
+  /// Left to the draw of way_at_glass(), lamps in panes are rare and bright. @param rays  grows by one
+  Rgb luminaire_in_glass(const SurfacePoint& at, const Vec3& direction, std::uint64_t& rays) const;
+
   /// Share of light that clear glass lets through between two points (1); the direction is not bent, solids count each of
   /// their faces. @param solids_block  true: solid glass counts as opaque @returns 1 without glass
   double transmittance(const Vec3& from, const Vec3& to, bool solids_block = false) const;
@@ -64,6 +68,8 @@ class TraceScene {
 
  private:
   void find_solids();
+  double refractive_index(const SurfacePoint& at) const;  ///< of what lies behind the face, over that before it
+  double glass_reflectance(const SurfacePoint& at, const Vec3& direction) const;
 
   std::shared_ptr<const Scene> scene_;
   double size_;

@@ -58,3 +58,22 @@ TEST_CASE("trace_scene: a sensor point finds the surface it lies on, on its own 
   CHECK_FALSE(scene.surface_below({2, 2, 0.5}, {0, 0, 1}, 1e-4));
   CHECK_FALSE(scene.surface_below({2, 2, 1e-6}, {1, 0, 0}, 1e-4));
 }
+
+TEST_CASE("trace_scene: a pane shows the front of a luminaire by its share, and nothing else") {
+  auto scene = glass_room();
+  add_rectangle(*scene, {0.2, 1, 1}, {0, 1, 0}, {0, 0, 1},
+                add_material(*scene, luminous(7)));  // shines towards the pane
+  const TraceScene trace(scene);
+  const SurfacePoint on_pane =
+      trace.surface_point(6, glm::dot(scene->surfaces[6].normal, Vec3{-1, 0, 0}) > 0, {1, 1.5, 1.5});
+  REQUIRE(on_pane.normal.x < -0.999);
+  std::uint64_t rays = 0;
+  const Vec3 slanting = glm::normalize(Vec3{1, 0.2, 0});
+  CHECK(trace.luminaire_in_glass(on_pane, slanting, rays).x ==
+        doctest::Approx(7 * pane_reflectance(slanting.x, 1.5)).epsilon(1e-12));
+  CHECK(trace.luminaire_in_glass(on_pane, glm::normalize(Vec3{1, 2, 0}), rays).x == 0);
+  CHECK(rays == 2);
+  const SurfacePoint behind =
+      trace.surface_point(6, glm::dot(scene->surfaces[6].normal, Vec3{1, 0, 0}) > 0, {1, 1.5, 1.5});
+  CHECK(trace.luminaire_in_glass(behind, {-1, 0, 0}, rays).x == 0);
+}
