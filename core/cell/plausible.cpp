@@ -7,7 +7,7 @@ namespace lichthof {
 
 namespace {
 
-constexpr std::size_t max_patches = 16;  // the mesher makes at most 4; room for other meshers
+constexpr std::size_t max_patches = 64;  // of a group, see core/scene/mesh
 constexpr std::size_t max_corners = 16;  // of one polygon: the kernels take 20, and cutting elements adds 4
 constexpr double frame_tolerance = 1e-4;
 

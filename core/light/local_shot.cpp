@@ -121,10 +121,13 @@ class PartsOfShot {
     while (level < 2 && count_of_next(patches, level) == patches.size()) ++level;  // it is not divided here
     for (std::size_t next = 0; next < patches.size();) {
       const std::size_t count = level < 2 ? count_of_next(patches.subspan(next), level) : 1;
-      if (count == 1)
-        add_patch(patches[next]);
+      const std::span<const ShotPatch> quarter = patches.subspan(next, count);
+      const Polygon2 hull = count > 1 ? hull_of(corners_of(quarter)) : Polygon2{};
+      // A shot from a peer may consist of what is no whole: it is seen patch by patch.
+      if (hull.size() >= 3 && hull.size() <= FlatPolygon::max_corners)
+        add_branch(hull, quarter, level + 1);
       else
-        add_branch(hull_of(corners_of(patches.subspan(next, count))), patches.subspan(next, count), level + 1);
+        for (const ShotPatch& patch : quarter) add_patch(patch);
       next += count;
     }
     finish(part, first_place);

@@ -55,7 +55,7 @@ Solution small_solution() {
     solution.direct_irradiance.push_back({0.5f * x, 0, 0});
     solution.shot.push_back({-x, 1, 2});
   }
-  solution.energy = {10, 4, 3, 2};
+  solution.energy = {10, 4, 3, 2, 1};
   solution.counters.shots = 42;
   solution.counters.rays = 45, solution.counters.rays_saved = 44;
   solution.counters.clusters_cut = 43;
@@ -80,6 +80,7 @@ TEST_SUITE("io") {
     CHECK(again->shot == solution.shot);
     CHECK(again->pending == std::vector<Rgbf>(solution.irradiance.size(), Rgbf{0.f}));
     CHECK(again->energy.escaped == 3);
+    CHECK(again->energy.mirrored == 1);
     CHECK(again->counters.shots == 42);
     CHECK(again->counters.rays == 45);
     CHECK(again->counters.rays_saved == 44);
@@ -144,8 +145,8 @@ TEST_SUITE("io") {
     check_error(read_solution(folder.write("t.lht", "a text")), folder / "t.lht", "is no solution file");
     check_error(read_solution(folder / ""), folder / "", "is a folder");
     REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {}));
-    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 3");
-    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 3, "solution file"}, {{"head", "x"}}));
+    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 4");
+    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 4, "solution file"}, {{"head", "x"}}));
     check_error(read_solution(folder / "e.lht"), folder / "e.lht", "damaged");
     CHECK_FALSE(is_solution_file(folder / "t.lht"));
   }

@@ -1,6 +1,7 @@
 // The real light on a small scene in virtual time: many cells against one, whatever the order of delivery.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/radiosity_run.hpp"
@@ -12,8 +13,9 @@ namespace {
 
 /// A run of the real light, with the lights kept to store the solution.
 struct RealRun {
-  RealRun(std::shared_ptr<const Scene> scene, const CellPosition& along, double eps, std::uint64_t seed) {
-    auto mesh = std::make_shared<const Mesh>(mesh_of(*scene, {0.5, 0.25, 0}, {}));
+  RealRun(std::shared_ptr<const Scene> scene, const CellPosition& along, double eps, std::uint64_t seed,
+          double patch_size = 0.5) {
+    auto mesh = std::make_shared<const Mesh>(mesh_of(*scene, {patch_size, 0.125, 0}, {}));
     auto made = partition(*mesh, bounds(*scene), {along[0] * along[1] * along[2], along});
     REQUIRE(made);
     grid = std::make_shared<const CellGrid>(*made);
@@ -85,6 +87,17 @@ TEST_SUITE("simulation: real light") {
       CHECK(many.run->counters().messages > 0);
       CHECK(relative_rms(many.solution, one.solution) < bitmap_error);
     }
+  }
+
+  TEST_CASE("simulation: groups of 64 patches, of one element each, shine into other cells as well") {
+    const double patch_size = 0.125;
+    const RealRun one(test::two_rooms(), {1, 1, 1}, 1e-4, 1, patch_size),
+        two(test::two_rooms(), {2, 1, 1}, 1e-4, 1, patch_size);
+    std::uint32_t most_patches = 0;
+    for (const Group& group : one.solution.mesh->groups) most_patches = std::max(most_patches, group.patch_count);
+    CHECK(most_patches == 64);
+    CHECK(two.run->oracle().broken() == "");
+    CHECK(relative_rms(two.solution, one.solution) < bitmap_error);
   }
 
   TEST_CASE("simulation: 20 orders of delivery of the real light: energy is kept, nothing hangs, nothing ends early") {
