@@ -118,8 +118,8 @@ struct CellLight::Impl {
   /// hold more than is worth looking at. Pairs of groups and islands all over the cell tell.
   bool hulls_are_clear() const {
     constexpr std::size_t most_groups = 64, most_islands = 8;
-    constexpr double share_that_pays =
-        0.1;  // Cornell 1, two_rooms .73: pays; office .02, office_floor .2: even; courtyard .002: costs a tenth
+    // Cornell 1, two_rooms .73: pays; office .02, office_floor .2: even; courtyard .002: costs a tenth.
+    constexpr double share_that_pays = 0.1;
     const std::size_t groups = std::min(most_groups, tree.groups.size()),
                       islands = std::min(most_islands, tree.islands.size());
     std::size_t clear = 0;

@@ -170,15 +170,13 @@ class IslandTask {
     std::uint32_t reflected_up_to = shot_.reflects ? 0 : all, emitted_up_to = shot_.emits ? 0 : all;  // is settled
     for (std::uint32_t p = 0; p < all;) {
       const ShotPart& part = shot_.parts[p];
+      if (part.level != ShotPart::Level::element) shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
       const bool is_enough = suffices(part, cluster);
       const bool reflects = p >= reflected_up_to && is_enough;
       const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
       if (reflects) reflected_up_to = part.end;
       if (emits) emitted_up_to = part.end;
-      if (reflects || emits) {
-        shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
-        add(cluster, index, part.source, share(reflects, emits));
-      }
+      if (reflects || emits) add(cluster, index, part.source, share(reflects, emits));
       p = reflected_up_to >= part.end && emitted_up_to >= part.end ? part.end : p + 1;
     }
   }
