@@ -140,9 +140,8 @@ Solution solve(const SolveRun& run) {
   MUST(run.scene && run.mesh && run.grid && run.parallel);
   MUST(!run.resume || run.resume->irradiance.size() == run.mesh->elements.size());
   const SteadyTime start = std::chrono::steady_clock::now();
-  const std::optional<Solution> by_mirrors = run.resume || run.options.method == TransferMethod::hemicube
-                                                 ? std::nullopt
-                                                 : light_by_mirrors(run.scene, run.mesh, *run.parallel);
+  const std::optional<Solution> by_mirrors =
+      run.resume ? std::nullopt : light_by_mirrors(run.scene, run.mesh, run.options, *run.parallel);
   const Solution* const begun = run.resume ? run.resume : by_mirrors ? &*by_mirrors : nullptr;
   const Lights lights = lights_of(run, begun);
   const std::vector<std::shared_ptr<Cell>> cells = cells_of(run, lights);

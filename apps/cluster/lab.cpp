@@ -428,11 +428,10 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   solution.options = {sizes, grid->size(), what->hemicube, what->eps,
                       what->method == Method::hemicube ? TransferMethod::hemicube : TransferMethod::rays};
 
-  if (has_first_pass(what->method) && what->method != Method::hemicube)
-    if (std::optional<Solution> begun = light_by_mirrors(solution.scene, solution.mesh, Parallel(options_.threads))) {
-      begun->options = solution.options;
+  if (has_first_pass(what->method))
+    if (std::optional<Solution> begun =
+            light_by_mirrors(solution.scene, solution.mesh, solution.options, Parallel(options_.threads)))
       solution = std::move(*begun);
-    }
 
   actors::JobOrder order;
   const std::string path = options_.lead.folder + "/begin." + hash.substr(0, 16) + "." + fresh_number();

@@ -157,6 +157,8 @@ class PartsOfShot {
       emitted += area * patch.emitted;
       total_area += area;
     }
+    // A shot from a peer may have none: nothing leaves it then.
+    if (!(total_area > 0)) total_area = 1;
     return source_of(shot_.plane, corners, origin_, reflected / total_area, emitted / total_area);
   }
 

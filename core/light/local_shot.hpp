@@ -20,11 +20,8 @@ struct FlatSource {
 
 /// One level of detail of a piece of the shooter.
 struct ShotPart {
-  enum class Level : std::uint8_t {
-    branch,
-    patch,
-    element
-  };  ///< a branch is the group, a quarter of it, or a quarter of that
+  /// A branch is the group, a quarter of it, or a quarter of that.
+  enum class Level : std::uint8_t { branch, patch, element };
   Level level = Level::branch;
   std::uint32_t end = 0;  ///< one past the last part that this one consists of; those follow it
   FlatSource source;

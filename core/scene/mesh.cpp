@@ -274,9 +274,11 @@ class Cutter {
       const bool is_cut = hi - lo > 1.1 * patch && middle - lo >= 0.2 * patch && hi - middle >= 0.2 * patch;
       std::vector<Piece> cut;
       for (const Piece& piece : pieces) {
-        if (!is_cut) cut.push_back(half(piece.polygon, piece.box, lo + hi > 2 * middle ? 1.0 : -1.0));
+        if (!is_cut) {
+          cut.push_back(half(piece.polygon, piece.box, lo + hi > 2 * middle ? 1.0 : -1.0));
+          continue;
+        }
         for (const double sign : {1.0, -1.0}) {
-          if (!is_cut) break;
           Polygon part = clipped(piece.polygon, sign * axis_direction(axis), sign * middle, tolerance_);
           if (!part.empty()) cut.push_back(half(std::move(part), piece.box, sign));
         }

@@ -19,12 +19,12 @@ bool has_mirrors(const Scene& scene) {
 }  // namespace
 
 std::optional<Solution> light_by_mirrors(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh,
-                                         const Parallel& parallel) {
-  if (!has_mirrors(*scene)) return std::nullopt;
+                                         const SolveOptions& options, const Parallel& parallel) {
+  if (options.method == TransferMethod::hemicube || !has_mirrors(*scene)) return std::nullopt;
   const MirrorImages images(std::make_shared<const TraceScene>(scene));
   if (images.empty()) return std::nullopt;
   Solution solution;
-  solution.scene = std::move(scene), solution.mesh = std::move(mesh);
+  solution.scene = std::move(scene), solution.mesh = std::move(mesh), solution.options = options;
   const Mesh& cut = *solution.mesh;
   for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
     values->assign(cut.elements.size(), Rgbf{0.f});

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include <limits>
+#include <algorithm>
 
 #include "tests/support/hemicube_reference.hpp"
 #include "tests/support/one_cell.hpp"
@@ -80,5 +80,16 @@ TEST_SUITE("local_shot") {
       }
       CHECK(deepest == (patches_along == 1 ? 3 : patches_along == 2 ? 2 : 0));
     }
+  }
+
+  TEST_CASE("local_shot: a shot of no area, as a peer may send it, sends nothing") {
+    const auto scene = shining_shapes();
+    MeshOptions options;
+    options.patch_size = options.element_size = 0.1;
+    test::OneCell cell(scene, std::make_shared<const Mesh>(mesh_of(*scene, options, {})));
+    Shot shot = cell.light.take_shot(cell.light.strongest().group, {CellId{0}, 0}, {});
+    for (ShotPatch& patch : shot.patches) std::fill(patch.area.begin(), patch.area.end(), 0.f);
+    for (const ShotPart& part : local_shot(shot, Vec3{0.0}).parts)
+      if (part.level == ShotPart::Level::branch) CHECK(power_of(part.source) == 0);
   }
 }

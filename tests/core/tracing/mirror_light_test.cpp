@@ -28,7 +28,7 @@ std::shared_ptr<const Scene> mirror_room() {
 TEST_CASE("mirror_light: what a luminaire sends by a mirror is shot on, and the energy ledger closes") {
   const std::shared_ptr<const Scene> scene = mirror_room();
   OneCell cell(scene, test::mesh_with(*scene, 0.4));
-  const std::optional<Solution> begun = light_by_mirrors(scene, cell.mesh, Parallel(1));
+  const std::optional<Solution> begun = light_by_mirrors(scene, cell.mesh, {}, Parallel(1));
   REQUIRE(begun);
   cell.light.load(*begun);
   const double emitted = sum_channels(cell.light.power().emitted);
@@ -51,7 +51,7 @@ TEST_CASE("mirror_light: behind the luminaire, where nothing comes straight, the
     for (const double y : {0.4, 1.2, 2.0, 2.8, 3.6}) points.push_back({{x, y, 0}, {0, 0, 1}});
   const auto light_of = [&](bool by_mirrors) {
     OneCell cell(scene, test::mesh_with(*scene, 0.4));
-    if (by_mirrors) cell.light.load(*light_by_mirrors(scene, cell.mesh, Parallel(1)));
+    if (by_mirrors) cell.light.load(*light_by_mirrors(scene, cell.mesh, {}, Parallel(1)));
     cell.solve(1e-5);
     ProbeOptions options;
     options.gather_rays = 1024;
@@ -79,5 +79,5 @@ TEST_CASE("mirror_light: none without mirrors") {
   auto scene = std::make_shared<Scene>();
   add_box(*scene, {0, 0, 0}, {4, 4, 3}, add_material(*scene, diffuse(0.5)), true);
   add_rectangle(*scene, {1, 1, 2.9}, {0, 1, 0}, {1, 0, 0}, add_material(*scene, luminous(10)));
-  CHECK_FALSE(light_by_mirrors(scene, test::mesh_with(*scene, 1), Parallel(1)));
+  CHECK_FALSE(light_by_mirrors(scene, test::mesh_with(*scene, 1), {}, Parallel(1)));
 }
