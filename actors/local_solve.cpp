@@ -10,7 +10,7 @@
 #include "actors/local_run.hpp"
 #include "actors/system_config.hpp"
 #include "core/base/check.hpp"
-#include "core/light/escape.hpp"
+#include "core/light/balance.hpp"
 #include "core/tracing/mirror_light.hpp"
 
 namespace lichthof::actors {
@@ -143,8 +143,8 @@ Solution solve(const SolveRun& run) {
   const std::optional<Solution> by_mirrors =
       run.resume ? std::nullopt : light_by_mirrors(run.scene, run.mesh, run.options, *run.parallel);
   const Solution* const begun = run.resume ? run.resume : by_mirrors ? &*by_mirrors : nullptr;
-  const Lights lights = lights_of(run, begun);
-  const std::vector<std::shared_ptr<Cell>> cells = cells_of(run, lights);
+  Lights lights = lights_of(run, begun);
+  std::vector<std::shared_ptr<Cell>> cells = cells_of(run, lights);
   ControllerOptions options;
   options.cells = run.grid->cell_count();
   options.eps = run.options.eps;
@@ -163,10 +163,11 @@ Solution solve(const SolveRun& run) {
     solution.energy.absorbed += sum_channels(power.absorbed);
     solution.energy.unshot += sum_channels(power.unshot);
   }
+  cells.clear(), lights.clear();  // what comes next needs room of its own
   if (begun) solution.energy.mirrored = begun->energy.mirrored;
   solution.energy.absorbed -= solution.energy.mirrored;
-  solution.energy.escaped = escaped_power(solution, *run.parallel);
   solution.converged = controller->converged();
+  balance(solution, *run.parallel);
   solution.seconds_radiosity = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return solution;
 }

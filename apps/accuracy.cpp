@@ -25,8 +25,7 @@ constexpr double least_error = 1e-4;
 ErrorKnobs knobs_by_hand(const Run& run, Reading reading, std::optional<std::uint32_t> gather_rays) {
   ErrorKnobs knobs;
   knobs.elements = run.first_pass().elements.value_or(default_elements);
-  knobs.eps = run.first_pass().eps.value_or(default_eps);
-  if (run.solution()) knobs.eps = run.solution()->options.eps;
+  knobs.eps = run.first_pass().eps.value_or(knobs.eps);
   if (reading == Reading::as_it_is || run.method() == Method::radiosity) knobs.direct_rays = 0;
   knobs.gather_rays = reading == Reading::at_sensors && knobs.direct_rays > 0 ? gather_rays.value_or(default_gather)
                                                                               : gather_rays.value_or(0);
@@ -110,6 +109,7 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
       solve_s = watch.seconds();
     }
     is_solved = true;
+    knobs.eps = run.solution()->options.eps;
     if (interruption.asked() || !wish.is_set()) return knobs;
     const auto is_safe = [wanted](const ErrorEstimate& estimate, double share) {
       return estimate.error <= share * wanted && estimate.high <= wanted;

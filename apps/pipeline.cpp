@@ -13,6 +13,7 @@
 #include "apps/common/progress.hpp"
 #include "core/base/random.hpp"
 #include "core/light/refinement.hpp"
+#include "core/light/stopping.hpp"
 #include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
@@ -226,10 +227,10 @@ SolveOptions Run::solve_options() const {
   if (solution_)
     options = solution_->options;
   else
-    options.mesh = mesh_options(), options.hemicube_resolution = default_hemicube, options.eps = default_eps;
-  if (first.eps) options.eps = *first.eps;
+    options.mesh = mesh_options(), options.hemicube_resolution = default_hemicube;
   if (first.hemicube) options.hemicube_resolution = *first.hemicube;
   if (!solution_ && method_ == Method::hemicube) options.method = TransferMethod::hemicube;
+  if (first.eps || !solution_) options.eps = first.eps ? *first.eps : default_eps(*scene_, *mesh_, options.method);
   options.cells = grid_->size();
   return options;
 }

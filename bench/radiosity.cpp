@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "bench/measure.hpp"
 #include "bench/packets.hpp"
@@ -79,8 +80,9 @@ std::vector<Segments16> own_packets(const BenchCase& scene, const PacketScene& p
   const ElementOutlines outlines(*scene.mesh(), {});
   const TransferOptions options;
   PacketSample sample;
-  const TransferScene into{*scene.mesh(), packets.tree,   packets.rays, occluders, outlines,
-                           options,       packets.origin, true,         nullptr,   &sample};
+  constexpr float everywhere = std::numeric_limits<float>::infinity();
+  const TransferScene into{*scene.mesh(),  packets.tree, packets.rays, occluders, outlines, options,
+                           packets.origin, everywhere,   true,         nullptr,   &sample};
   Radiosity unused(*scene.mesh(), packets.tree);
   const Parallel alone(1);
   transfers_of(scene, shots, [&](const Shot& shot) { transfer(shot, nullptr, into, unused, alone); });

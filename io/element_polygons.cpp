@@ -77,8 +77,7 @@ std::uint32_t ModelMaker::vertex(const Patch& patch, const Vec2& corner, const R
 void ModelMaker::add_element(const Patch& patch, std::size_t element) {
   const Polygon2 polygon = element_polygon(mesh_, patch, mesh_.elements[element]);
   if (polygon.size() < 3) return;
-  Rgb irradiance{solution_.irradiance[element]};
-  if (!solution_.pending.empty()) irradiance += Rgb{solution_.pending[element]};
+  const Rgb irradiance = solution_.total(element);
   ElementModel::Face face{static_cast<std::uint32_t>(model_.corners.size()), 0,
                           solution_.scene->surfaces[patch.surface.value].material};
   for (const Vec2& corner : polygon) {
@@ -131,9 +130,7 @@ Polygon2 element_polygon(const Mesh& mesh, const Patch& patch, const Element& el
 }
 
 Rgb element_radiosity(const Solution& solution, const Patch& patch, std::size_t element) {
-  Rgb irradiance{solution.irradiance[element]};
-  if (!solution.pending.empty()) irradiance += Rgb{solution.pending[element]};
-  return patch.exitance + patch.reflectance * irradiance;
+  return patch.exitance + patch.reflectance * solution.total(element);
 }
 
 ElementModel element_model(const Solution& solution) { return ModelMaker(solution).make(); }

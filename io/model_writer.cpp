@@ -40,12 +40,12 @@ Status write_csv(const std::string& path, const Solution& solution) {
     const std::string name = csv_cell(scene.material_of(scene.surfaces[patch.surface.value]).name);
     for (std::size_t e = patch.first_element; e < patch.first_element + patch.element_count && written; ++e) {
       const Vec3 p = scene.file_frame.point_to_file(plane.point(mesh.elements[e].centre));
-      const Rgbf h = solution.irradiance[e];
+      const Rgb h = solution.total(e);
       const Rgb b = element_radiosity(solution, patch, e);
       char row[320];
       std::snprintf(row, sizeof row, "%.12g,%.12g,%.12g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,", p.x, p.y,
-                    p.z, n.x + 0.0, n.y + 0.0, n.z + 0.0, static_cast<double>(mesh.elements[e].area),
-                    static_cast<double>(h.x), static_cast<double>(h.y), static_cast<double>(h.z), b.x, b.y, b.z);
+                    p.z, n.x + 0.0, n.y + 0.0, n.z + 0.0, static_cast<double>(mesh.elements[e].area), h.x, h.y, h.z,
+                    b.x, b.y, b.z);
       written = file->append(row + name + "\n");
     }
   }

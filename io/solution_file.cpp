@@ -16,7 +16,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 4, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 5, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.
@@ -48,8 +48,8 @@ void put_head(ByteWriter& to, const Head& h) {
        {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
         c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut})
     to.put(value);
-  for (const double value :
-       {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored, h.seconds_radiosity})
+  for (const double value : {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored,
+                             h.energy.gain_direct, h.energy.gain_indirect, h.seconds_radiosity})
     to.put(value);
   to.put(static_cast<std::uint8_t>(h.converged));
   to.put(h.elements), to.put(h.mesh_hash);
@@ -66,7 +66,7 @@ bool get_head(ByteReader& from, Head& h) {
         &c.bitmap_bytes_raw, &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
   for (double* value : {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.energy.mirrored,
-                        &h.seconds_radiosity})
+                        &h.energy.gain_direct, &h.energy.gain_indirect, &h.seconds_radiosity})
     from.get(*value);
   from.get(h.converged);
   from.get(h.elements), from.get(h.mesh_hash);
@@ -76,7 +76,9 @@ bool get_head(ByteReader& from, Head& h) {
   return from.good() && from.at_end() && method <= 1 && cell_count >= 1 && cell_count <= 1e6 &&
          std::isfinite(h.options.eps) && h.options.hemicube_resolution >= 1 && h.options.hemicube_resolution <= 8192 &&
          std::isfinite(h.used_mesh.patch_size) && h.used_mesh.patch_size > 0 &&
-         std::isfinite(h.used_mesh.element_size) && h.used_mesh.element_size > 0;
+         std::isfinite(h.used_mesh.element_size) && h.used_mesh.element_size > 0 &&
+         std::isfinite(h.energy.gain_direct) && h.energy.gain_direct > 0 && std::isfinite(h.energy.gain_indirect) &&
+         h.energy.gain_indirect > 0;
 }
 
 std::uint64_t mesh_hash(const Mesh& mesh) {

@@ -1,7 +1,7 @@
 #include "actors/cluster/kept_light.hpp"
 
+#include "core/light/balance.hpp"
 #include "core/light/cell_values.hpp"
-#include "core/light/escape.hpp"
 #include "core/scene/partition.hpp"
 
 namespace lichthof::actors {
@@ -15,7 +15,7 @@ Status kept(KeptLight& light, const std::optional<std::string>& base, const std:
   if (!solution) return solution.error();
   if (Status put = put_images(*solution, images); !put) return put;
   solution->converged = light.is_end;
-  if (light.is_end) solution->energy.escaped = escaped_power(*solution, Parallel(options.threads));
+  if (light.is_end) balance(*solution, Parallel(options.threads));
   const std::string path =
       options.folder + "/light." + std::to_string(light.job.value) + "." + std::to_string(light.sequence);
   if (Status written = options.write_solution(path, *solution); !written) return written;

@@ -16,6 +16,7 @@
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/options.hpp"
 #include "apps/common/progress.hpp"
+#include "core/light/stopping.hpp"
 #include "core/scene/partition.hpp"
 #include "core/tracing/column_tracer.hpp"
 #include "core/tracing/mirror_light.hpp"
@@ -134,7 +135,9 @@ nlohmann::json document(const JobView& job, const std::vector<NodeView>& nodes) 
             {"absorbed", job.energy.absorbed},
             {"escaped", job.energy.escaped},
             {"unshot", job.energy.unshot},
-            {"residual", job.energy.residual()}}},
+            {"residual", job.energy.residual()},
+            {"gain_direct", job.energy.gain_direct},
+            {"gain_indirect", job.energy.gain_indirect}}},
           {"messages", job.counters.messages},
           {"bytes_sent", job.counters.bytes_sent},
           {"bytes_per_shot", ratio(job.counters.bytes_sent, job.counters.shots)},
@@ -189,7 +192,7 @@ struct Wished {
   MeshOptions mesh;
   std::string cells;
   actors::PictureSpec picture;
-  double eps = 5e-4;
+  std::optional<double> eps;  ///< unset: default_eps()
   std::uint32_t hemicube = 128;
 };
 
@@ -203,7 +206,7 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
   const bool is_reference = w.method == Method::reference;
   const auto patch = number(options, "patch_m", 0.0, 0, 1e9), element = number(options, "element_m", 0.0, 0, 1e9);
   const auto elements = number<std::uint32_t>(options, "elements", w.mesh.target_elements, 1, most_elements);
-  const auto eps = number(options, "eps", w.eps, 1e-12, 1);
+  const auto eps = number(options, "eps", 5e-4, 1e-12, 1);
   const auto hemicube = number<std::uint32_t>(options, "hemicube", w.hemicube, 2, 4096);
   const auto width = number<std::uint32_t>(options, "width", 640, 1, 65536),
              height = number<std::uint32_t>(options, "height", 480, 1, 65536);
@@ -217,7 +220,8 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
   if (std::uint64_t{*width} * *height > most_pixels) return bad_option("width", "and height are more than 2^28 pixels");
   if (*hemicube % 2 != 0) return bad_option("hemicube", "is odd");
   w.mesh = {*patch, *element, *elements};
-  w.eps = *eps, w.hemicube = *hemicube;
+  if (options.contains("eps")) w.eps = *eps;
+  w.hemicube = *hemicube;
   const Expected<Camera> camera = camera_of(options);
   if (!camera) return camera.error();
   w.picture.method = is_reference                    ? 255
@@ -425,8 +429,9 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   Expected<CellGrid> grid = partition(*solution.mesh, bounds(*solution.scene), *wanted);
   if (!grid && !options.contains("cells")) grid = partition(*solution.mesh, bounds(*solution.scene), CellsWanted{});
   if (!grid) return grid.error();
-  solution.options = {sizes, grid->size(), what->hemicube, what->eps,
-                      what->method == Method::hemicube ? TransferMethod::hemicube : TransferMethod::rays};
+  const TransferMethod method = what->method == Method::hemicube ? TransferMethod::hemicube : TransferMethod::rays;
+  const double eps = what->eps ? *what->eps : default_eps(*solution.scene, *solution.mesh, method);
+  solution.options = {sizes, grid->size(), what->hemicube, eps, method};
 
   if (has_first_pass(what->method))
     if (std::optional<Solution> begun =
@@ -445,7 +450,7 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   order.wish.patches = patch_counts(*solution.mesh, *grid);
   order.wish.base_bytes = process_bytes + bytes_per_element * solution.mesh->elements.size();
   order.picture = what->picture;
-  order.eps = what->eps;
+  order.eps = eps;
   order.owner = caller.name.substr(0, 100);
   Expected<JobId> id = lead_->submit(order);
   if (!id) return id.error();

@@ -114,7 +114,9 @@ void add_first_pass_options(CLI::App& command, FirstPassOptions& options) {
       "N|NxM[xK]")
       ->check(cells_text());
   add("--eps", options.eps,
-      "stop when the largest unshot energy is below this share of the largest initial one (default 5e-4)", "SHARE")
+      "stop when the largest unshot energy is below this share of the largest initial one (default 5e-4, where nothing "
+      "hides anything 1e-5)",
+      "SHARE")
       ->check(number_within(0, 1, Least::excluded));
   add("--hemicube", options.hemicube, "pixels along the hemicube's top, even, 8 to 1024 (default 128)", "R")
       ->check(hemicube_text());

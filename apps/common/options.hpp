@@ -39,7 +39,6 @@ struct FirstPassOptions {
   std::string given() const;
 };
 
-inline constexpr double default_eps = 5e-4;  // the paper's, §5
 inline constexpr std::uint32_t default_hemicube = 128;
 /// More elements than this are taken for a typing error: they would need some 10 GB.
 inline constexpr std::uint32_t most_elements = 1u << 26;

@@ -42,7 +42,9 @@ nlohmann::json energy_json(const RunRecord& record) {
           {"absorbed", energy.absorbed},
           {"escaped", energy.escaped},
           {"unshot", energy.unshot},
-          {"residual", energy.residual()}};
+          {"residual", energy.residual()},
+          {"gain_direct", energy.gain_direct},
+          {"gain_indirect", energy.gain_indirect}};
 }
 
 double per(std::uint64_t bytes, std::uint64_t count) {

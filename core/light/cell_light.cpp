@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/base/check.hpp"
 #include "core/light/bit_projector.hpp"
@@ -32,10 +33,12 @@ std::size_t Shot::wire_bytes() const {
 
 namespace {
 
-/// The surfaces of a cell, cut to its box. Cut a hair outside of it: what lies in a boundary plane occludes on both sides.
-std::vector<Surface> surfaces_in(const Scene& scene, const Box& box) {
+/// The surfaces of a cell, cut to its box; nothing when the box holds all of the scene. Cut a hair outside of it: what lies in
+/// a boundary plane occludes on both sides.
+std::optional<std::vector<Surface>> cut_surfaces(const Scene& scene, const Box& box) {
   std::vector<Surface> inside;
   const Box whole = bounds(scene);
+  if (box.contains(whole.lo) && box.contains(whole.hi)) return std::nullopt;
   const double margin = 2e-6 * std::max({whole.size().x, whole.size().y, whole.size().z});
   for (const Surface& surface : scene.surfaces) {
     Polygon corners = surface.corners;
@@ -99,11 +102,14 @@ struct CellLight::Impl {
   Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& groups,
        const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
       : scene(std::move(scene_)), mesh(std::move(mesh_)), options(options_), parallel(std::move(parallel_)),
-        surfaces(surfaces_in(*scene, box)), origin(local_origin()),
+        cut(cut_surfaces(*scene, box)), surfaces(cut ? *cut : scene->surfaces), origin(local_origin()),
         tree(receiver_tree(*mesh, lit_groups(groups), origin)), rays(*scene, surfaces, origin, Glass::clear),
         occluders(*scene, surfaces, origin, rays.offset()), light(*mesh, tree),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
+    double area = 0;
+    for (const Patch& patch : mesh->patches) area += patch.area;
+    reach = reach_of(area, options);
     hulls_pay = hulls_are_clear();
     find_openness(tree, rays, mesh->options.patch_size, *parallel);
     for (const GroupPlace& place : tree.groups) {
@@ -155,7 +161,8 @@ struct CellLight::Impl {
   std::shared_ptr<const Mesh> mesh;
   TransferOptions options;
   std::shared_ptr<const Parallel> parallel;
-  std::vector<Surface> surfaces;
+  std::optional<std::vector<Surface>> cut;
+  std::span<const Surface> surfaces;
   Vec3 origin;
   ReceiverTree tree;
   RayScene rays;
@@ -164,6 +171,7 @@ struct CellLight::Impl {
   ElementOutlines outlines;
   VisibilityCache answers;
   double largest_initial_power = 0;
+  float reach = 0;  ///< of shots, see core/light/transfer
 
   bool hulls_pay = true;  ///< whether shadows search hulls for occluders, see core/light/shadows
 };
@@ -216,8 +224,8 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
   // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
-  const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,      impl_->occluders, impl_->outlines,
-                            impl_->options, impl_->origin, impl_->hulls_pay, answers};
+  const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,  impl_->occluders, impl_->outlines,
+                            impl_->options, impl_->origin, impl_->reach, impl_->hulls_pay, answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   if (!incoming) impl_->light.record_closure(shot, work.received);
   return work;
@@ -316,8 +324,11 @@ void CellLight::load(const Solution& solution) {
 std::size_t CellLight::memory_bytes() const {
   const Impl& i = *impl_;
   std::size_t bytes = i.tree.memory_bytes() + i.light.memory_bytes() + i.rays.memory_bytes() +
-                      i.occluders.memory_bytes() + bytes_of_all(i.surfaces, i.outlines.outlines());
-  for (const Surface& surface : i.surfaces) bytes += bytes_of(surface.corners);
+                      i.occluders.memory_bytes() + bytes_of(i.outlines.outlines());
+  if (i.cut) {
+    bytes += bytes_of(*i.cut);
+    for (const Surface& surface : *i.cut) bytes += bytes_of(surface.corners);
+  }
   for (const ElementOutlines::Outline& outline : i.outlines.outlines()) bytes += outline.corners.size() * sizeof(Vec3);
   return bytes + i.answers.bytes();
 }

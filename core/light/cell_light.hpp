@@ -90,8 +90,9 @@ struct TransferOptions {
   std::uint32_t hemicube_resolution = 128;
   double near_factor = 1.0;   ///< receivers nearer than this many patch radii see the elements one by one
   double group_factor = 3.0;  ///< receivers beyond this many group radii see the group as one
-  /// Clusters that could receive less than this share of a shot's power are skipped: share ≤ A / (π d²).
-  double contribution_cut = 1e-5;
+  /// Receivers so far away that a shot brings them less than this share of what the scene's receivers get of it on average are
+  /// skipped: all that is lost is below this share of the shot, however many and small they are.
+  double contribution_cut = 1e-3;
   /// Memory for what shadow rays answered to the cell's own shots, for when their groups shoot again (core/light/visibility_cache).
   std::size_t visibility_cache_bytes = std::size_t{128} << 20;
 };

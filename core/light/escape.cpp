@@ -13,20 +13,9 @@ namespace lichthof {
 namespace {
 
 constexpr std::uint32_t strata = 8;  // along each axis of the hemisphere's unit square
-constexpr std::uint32_t rays_per_group = strata * strata;
-static_assert(rays_per_group % 16 == 0, "whole packets");
-
-/// What the group has shot so far, summed over the channels (W).
-double shot_power(const Solution& solution, const Group& group) {
-  const Mesh& mesh = *solution.mesh;
-  double power = 0;
-  for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p) {
-    const Patch& patch = mesh.patches[p];
-    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
-      power += sum_channels(Rgb{solution.shot[e]}) * static_cast<double>(mesh.elements[e].area);
-  }
-  return power;
-}
+constexpr std::uint32_t rays_per_batch = strata * strata;
+constexpr double extra_batches = 1024;
+static_assert(rays_per_batch % 16 == 0, "whole packets");
 
 /// Point of a convex polygon, uniform by area, for a point of the unit square.
 Vec2 point_in(std::span<const Vec2> corners, double area, const Vec2& square) {
@@ -44,9 +33,9 @@ Vec2 point_in(std::span<const Vec2> corners, double area, const Vec2& square) {
 }
 
 /// Strata in random order, so that a ray's direction says nothing about its place.
-std::array<std::uint32_t, rays_per_group> shuffled_strata(Random& random) {
-  std::array<std::uint32_t, rays_per_group> order{};
-  for (std::uint32_t k = 0; k < rays_per_group; ++k) {
+std::array<std::uint32_t, rays_per_batch> shuffled_strata(Random& random) {
+  std::array<std::uint32_t, rays_per_batch> order{};
+  for (std::uint32_t k = 0; k < rays_per_batch; ++k) {
     const std::uint32_t place = random.below(k + 1);
     order[k] = order[place];
     order[place] = k;
@@ -54,19 +43,19 @@ std::array<std::uint32_t, rays_per_group> shuffled_strata(Random& random) {
   return order;
 }
 
-/// Share of what leaves the group that meets nothing.
-double open_share(const Mesh& mesh, std::uint32_t index, const RayScene& rays) {
+/// How many of one batch of rays from the group meet nothing.
+std::uint32_t open_rays(const Mesh& mesh, std::uint32_t index, std::uint32_t batch, const RayScene& rays) {
   const Group& group = mesh.groups[index];
   const Plane& plane = mesh.planes[group.plane.value];
   const std::span<const Vec2> corners = mesh.polygon(group.polygon);
-  Random random(index);
+  Random random(std::uint64_t{batch} << 32 | index);
   const Vec2 shift{random.unit(), random.unit()};
-  const std::array<std::uint32_t, rays_per_group> order = shuffled_strata(random);
+  const std::array<std::uint32_t, rays_per_batch> order = shuffled_strata(random);
   Segments16 segments;
   clear_segments(segments);
   RayScene::Hits16 hits;
   std::uint32_t open = 0;
-  for (std::uint32_t first = 0; first < rays_per_group; first += 16) {
+  for (std::uint32_t first = 0; first < rays_per_batch; first += 16) {
     for (std::uint32_t lane = 0; lane < 16; ++lane) {
       const std::uint32_t stratum = order[first + lane];
       const Vec2 square{(stratum % strata + random.unit()) / strata, (stratum / strata + random.unit()) / strata};
@@ -81,29 +70,33 @@ double open_share(const Mesh& mesh, std::uint32_t index, const RayScene& rays) {
     rays.nearest16(segments, 0xffff, hits);
     for (const std::uint32_t surface : hits.surface) open += surface == RayScene::no_surface;
   }
-  return static_cast<double>(open) / rays_per_group;
+  return open;
 }
 
 }  // namespace
 
-double escaped_power(const Solution& solution, const Parallel& parallel) {
-  const Mesh& mesh = *solution.mesh;
-  const Scene& scene = *solution.scene;
-  if (scene.surfaces.empty()) return 0;
+std::vector<OpenShare> open_shares(const Scene& scene, const Mesh& mesh, std::span<const double> weights,
+                                   const Parallel& parallel) {
+  std::vector<OpenShare> shares(mesh.groups.size());
+  if (scene.surfaces.empty()) return shares;
   const RayScene rays(scene, scene.surfaces, bounds(scene).centre(), Glass::clear);
   constexpr std::size_t groups_per_task = 16;
-  std::vector<double> escaped(mesh.groups.size(), 0.0);
+  double whole = 0;
+  for (const double weight : weights) whole += weight;
   parallel.for_each((mesh.groups.size() + groups_per_task - 1) / groups_per_task, [&](std::size_t task) {
     const std::size_t end = std::min(mesh.groups.size(), (task + 1) * groups_per_task);
     for (std::size_t g = task * groups_per_task; g < end; ++g) {
-      if (!mesh.group_is_lit[g]) continue;
-      const double power = shot_power(solution, mesh.groups[g]);
-      if (power != 0) escaped[g] = power * open_share(mesh, static_cast<std::uint32_t>(g), rays);
+      if (!mesh.group_is_lit[g] || !(weights[g] > 0)) continue;
+      const auto index = static_cast<std::uint32_t>(g);
+      std::uint32_t open = open_rays(mesh, index, 0, rays), batches = 1;
+      if (open > 0)  // the larger its share of the light, the better it must be known
+        for (; batches < std::ceil(extra_batches * weights[g] / whole); ++batches)
+          open += open_rays(mesh, index, batches, rays);
+      const double count = batches * rays_per_batch, share = open / count;
+      shares[g] = {share, share * (1 - share) / count};
     }
   });
-  double sum = 0;
-  for (const double power : escaped) sum += power;
-  return sum;
+  return shares;
 }
 
 }  // namespace lichthof

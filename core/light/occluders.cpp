@@ -11,17 +11,6 @@ namespace {
 
 constexpr std::size_t block_size = 16;
 
-/// Any convex part of a surface may answer "blocked"; only all of it may answer "free".
-FlatOccluder occluder_of(const Surface& surface, const Vec3& origin, double margin) {
-  const std::size_t count = surface.corners.size();
-  if (count <= FlatPolygon::max_corners)
-    return flat_occluder(flat_polygon(surface.corners, surface.normal, origin), margin);
-  Polygon some;
-  for (std::size_t k = 0; k < FlatPolygon::max_corners; ++k)
-    some.push_back(surface.corners[k * count / FlatPolygon::max_corners]);
-  return flat_occluder(flat_polygon(some, surface.normal, origin), margin);
-}
-
 FlatBox box_of(const Surface& surface, const Vec3& origin, double margin) {
   Box box;
   for (const Vec3& corner : surface.corners) box.include(corner - origin);
@@ -53,19 +42,25 @@ Occluders::Occluders(const Scene& scene, std::span<const Surface> surfaces, cons
   std::vector<FlatBox> boxes;
   std::vector<std::uint32_t> order;
   float largest = 0;
+  std::size_t edges = 0;
+  for (const Surface& surface : surfaces) edges += surface.corners.size();
+  boxes.reserve(surfaces.size()), order.reserve(surfaces.size()), facing_.reserve(surfaces.size());
+  edges_.reserve(edges), first_edge_.reserve(surfaces.size() + 1);
   for (std::uint32_t s = 0; s < surfaces.size(); ++s) {
-    flat_.push_back(occluder_of(surfaces[s], origin, offset));
-    exact_.push_back(surfaces[s].corners.size() <= FlatPolygon::max_corners);
+    first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
+    const FlatOccluder flat = flat_occluder(surfaces[s].corners, surfaces[s].normal, origin, offset, edges_);
+    facing_.push_back({flat.nx, flat.ny, flat.nz, flat.plane});
     boxes.push_back(box_of(surfaces[s], origin, offset));
     largest = std::max(largest, extent(boxes.back()));
     if (scene.material_of(surfaces[s]).finish != Finish::glass) order.push_back(s);
   }
+  first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
   // Walls and floors meet most shafts: among small ones they would keep every block alive.
   const auto small = std::stable_partition(order.begin(), order.end(),
                                            [&](std::uint32_t s) { return extent(boxes[s]) > 0.25f * largest; });
   add_blocks({order.begin(), small}, boxes);
   add_blocks({small, order.end()}, boxes);
-  add_parents();
+  add_levels();
 }
 
 /// Halves along the longest side until 16 are left.
@@ -96,34 +91,66 @@ void Occluders::add_blocks(std::span<std::uint32_t> surfaces, const std::vector<
     const std::uint32_t s = surfaces[lane];
     for (int axis = 0; axis < 3; ++axis)
       block.bounds[axis][lane] = boxes[s].lo[axis], block.bounds[3 + axis][lane] = boxes[s].hi[axis];
-    const FlatPolygon& polygon = flat_[s].polygon;
-    block.nx[lane] = polygon.nx, block.ny[lane] = polygon.ny, block.nz[lane] = polygon.nz;
-    block.plane[lane] = flat_[s].plane;
+    const Facing& f = facing_[s];
+    block.nx[lane] = f.nx, block.ny[lane] = f.ny, block.nz[lane] = f.nz;
+    block.plane[lane] = f.plane;
     block.index[lane] = s;
-    block.exact |= std::uint32_t{exact_[s]} << lane;
   }
   blocks_.push_back(block);
   lanes_.push_back((1u << surfaces.size()) - 1);
 }
 
-void Occluders::add_parents() {
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const std::size_t lane = b % block_size;
-    if (lane == 0) parents_.emplace_back();  // without planes: no side of one can rule a block out
-    Occluders16& parent = parents_.back();
-    for (int axis = 0; axis < 3; ++axis) {
-      const float *lo = blocks_[b].bounds[axis], *hi = blocks_[b].bounds[3 + axis];
-      const int count = __builtin_popcount(lanes_[b]);
-      parent.bounds[axis][lane] = *std::min_element(lo, lo + count);
-      parent.bounds[3 + axis][lane] = *std::max_element(hi, hi + count);
+void Occluders::add_levels() {
+  const std::vector<Occluders16>* below = &blocks_;
+  do {
+    std::vector<Occluders16> level((below->size() + block_size - 1) / block_size);
+    for (std::size_t b = 0; b < below->size(); ++b) {
+      Occluders16& parent = level[b / block_size];
+      const int count = __builtin_popcount(levels_.empty() ? lanes_[b] : lanes_of(levels_.size() - 1, b));
+      const std::size_t lane = b % block_size;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float *lo = (*below)[b].bounds[axis], *hi = (*below)[b].bounds[3 + axis];
+        parent.bounds[axis][lane] = *std::min_element(lo, lo + count);
+        parent.bounds[3 + axis][lane] = *std::max_element(hi, hi + count);
+      }
+      const std::size_t blocks = std::size_t{1} << 4 * levels_.size();
+      const Occluders16& first = blocks_[b * blocks];
+      if (!lie_in_plane_of_first(
+              std::span(blocks_).subspan(b * blocks).first(std::min(blocks, blocks_.size() - b * blocks))))
+        continue;
+      parent.nx[lane] = first.nx[0], parent.ny[lane] = first.ny[0], parent.nz[lane] = first.nz[0];
+      parent.plane[lane] = first.plane[0];
     }
+    first_side_.push_back(first_side_.empty() ? blocks_.size() : first_side_.back() + below->size());
+    levels_.push_back(std::move(level));
+    below = &levels_.back();
+  } while (below->size() > 1);
+}
+
+/// Whether all occluders of some blocks lie in the plane of the first.
+bool Occluders::lie_in_plane_of_first(std::span<const Occluders16> blocks) const {
+  const Occluders16& first = blocks[0];
+  for (const Occluders16& block : blocks) {
+    const std::uint32_t lanes = lanes_[static_cast<std::size_t>(&block - blocks_.data())];
+    for (std::uint32_t left = lanes; left != 0; left &= left - 1)
+      for (const OccluderEdge& edge : (*this)[block.index[__builtin_ctz(left)]].edges)
+        if (std::abs(first.nx[0] * edge.x + first.ny[0] * edge.y + first.nz[0] * edge.z - first.plane[0]) >
+            0.25f * slack_)
+          return false;
   }
+  return true;
+}
+
+/// Of a node of a level, those that hold something below.
+std::uint32_t Occluders::lanes_of(std::size_t level, std::size_t node) const {
+  const std::size_t below = level == 0 ? blocks_.size() : levels_[level - 1].size();
+  return (1u << std::min(block_size, below - node * block_size)) - 1;
 }
 
 std::vector<ShooterSides> Occluders::sides_of(const FlatPolygon& shooter) const {
-  std::vector<ShooterSides> sides(blocks_.size());
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const Occluders16& o = blocks_[b];
+  std::vector<ShooterSides> sides;
+  sides.reserve(first_side_.back());
+  const auto add = [&](const Occluders16& o) {
     float lowest[block_size], highest[block_size];
     std::fill_n(lowest, block_size, 3e38f);
     std::fill_n(highest, block_size, -3e38f);
@@ -134,45 +161,65 @@ std::vector<ShooterSides> Occluders::sides_of(const FlatPolygon& shooter) const 
         lowest[lane] = std::min(lowest[lane], height);
         highest[lane] = std::max(highest[lane], height);
       }
+    ShooterSides& side = sides.emplace_back();
     for (std::size_t lane = 0; lane < block_size; ++lane) {
-      sides[b].above |= std::uint32_t{lowest[lane] >= -slack_} << lane;
-      sides[b].below |= std::uint32_t{highest[lane] <= slack_} << lane;
+      side.above |= std::uint32_t{lowest[lane] >= -slack_} << lane;
+      side.below |= std::uint32_t{highest[lane] <= slack_} << lane;
     }
-  }
+  };
+  for (const Occluders16& block : blocks_) add(block);
+  for (const std::vector<Occluders16>& level : levels_)
+    for (const Occluders16& node : level) {
+      add(node);
+      std::uint32_t planes = 0;
+      for (std::size_t lane = 0; lane < block_size; ++lane)
+        planes |= std::uint32_t{node.nx[lane] != 0 || node.ny[lane] != 0 || node.nz[lane] != 0} << lane;
+      sides.back().above &= planes, sides.back().below &= planes;
+    }
   return sides;
+}
+
+struct Occluders::Search {
+  const Shaft& shaft;
+  std::span<const ShooterSides> sides;
+  std::size_t most;
+  std::vector<Candidates> blocks{};
+  std::size_t count = 0;  ///< of occluders in them
+};
+
+/// Ends early when more are found than asked for.
+void Occluders::search(Search& found, std::size_t level, std::size_t node) const {
+  Candidates inside{0, lanes_of(level, node)};
+  if (kernels().in_shaft(found.shaft, &levels_[level][node], &found.sides[first_side_[level] + node], &inside, 1,
+                         &inside) == 0)
+    return;
+  const std::size_t first = found.blocks.size();
+  for (std::uint32_t left = inside.lanes; left != 0 && found.count <= found.most; left &= left - 1) {
+    const std::size_t below = node * block_size + static_cast<std::size_t>(__builtin_ctz(left));
+    if (level > 0)
+      search(found, level - 1, below);
+    else
+      found.blocks.push_back({static_cast<std::uint32_t>(below), lanes_[below]});
+  }
+  if (level > 0) return;
+  Candidates* const some = found.blocks.data() + first;
+  found.blocks.resize(first + kernels().in_shaft(found.shaft, blocks_.data(), found.sides.data(), some,
+                                                 found.blocks.size() - first, some));
+  for (std::size_t k = first; k < found.blocks.size(); ++k)
+    found.count += static_cast<std::size_t>(__builtin_popcount(found.blocks[k].lanes));
 }
 
 OccluderSelection Occluders::in_shaft(const Shaft& shaft, std::span<const ShooterSides> sides, std::size_t most) const {
   OccluderSelection chosen;
-  std::vector<Candidates> parents;
-  for (std::uint32_t p = 0; p < parents_.size(); ++p) parents.push_back({p, 0xffff});
-  const std::vector<ShooterSides> neither(parents_.size());
-  parents.resize(
-      kernels().in_shaft(shaft, parents_.data(), neither.data(), parents.data(), parents.size(), parents.data()));
+  Search found{shaft, sides, most};
+  if (!blocks_.empty()) search(found, levels_.size() - 1, 0);
+  chosen.complete = found.count <= most;
+  if (!chosen.complete) return chosen;
 
-  std::vector<Candidates> blocks;
-  std::size_t count = 0;
-  for (const Candidates& parent : parents) {
-    const std::size_t first = blocks.size();
-    for (std::uint32_t left = parent.lanes; left != 0; left &= left - 1) {
-      const auto block =
-          static_cast<std::uint32_t>(parent.block * block_size) + static_cast<std::uint32_t>(__builtin_ctz(left));
-      if (block < blocks_.size()) blocks.push_back({block, lanes_[block]});
-    }
-    Candidates* const some = blocks.data() + first;
-    blocks.resize(first + kernels().in_shaft(shaft, blocks_.data(), sides.data(), some, blocks.size() - first, some));
-    for (std::size_t k = first; k < blocks.size(); ++k)
-      count += static_cast<std::size_t>(__builtin_popcount(blocks[k].lanes));
-    if (count > most) {
-      chosen.complete = false;
-      return chosen;
-    }
-  }
-
-  count = (count + block_size - 1) / block_size;
+  const std::size_t count = (found.count + block_size - 1) / block_size;
   chosen.blocks.reserve(count), chosen.sides.reserve(count), chosen.candidates.reserve(count);
   std::uint32_t lane = block_size;
-  for (const Candidates& candidates : blocks) {
+  for (const Candidates& candidates : found.blocks) {
     const Occluders16& from = blocks_[candidates.block];
     for (std::uint32_t left = candidates.lanes; left != 0; left &= left - 1, ++lane) {
       if (lane == block_size) {
@@ -187,7 +234,6 @@ OccluderSelection Occluders::in_shaft(const Shaft& shaft, std::span<const Shoote
       to.nx[lane] = from.nx[k], to.ny[lane] = from.ny[k], to.nz[lane] = from.nz[k];
       to.plane[lane] = from.plane[k];
       to.index[lane] = from.index[k];
-      to.exact |= (from.exact >> k & 1) << lane;
       chosen.sides.back().above |= (sides[candidates.block].above >> k & 1) << lane;
       chosen.sides.back().below |= (sides[candidates.block].below >> k & 1) << lane;
       chosen.candidates.back().lanes |= 1u << lane;
@@ -227,7 +273,9 @@ Shaft shaft_between(const FlatBox& shooter, const FlatBox& receivers, float offs
 }
 
 std::size_t Occluders::memory_bytes() const {
-  return bytes_of_all(flat_, blocks_, lanes_, parents_) + exact_.size() / 8;
+  std::size_t bytes = bytes_of_all(facing_, edges_, first_edge_, blocks_, lanes_);
+  for (const std::vector<Occluders16>& level : levels_) bytes += bytes_of(level);
+  return bytes;
 }
 
 }  // namespace lichthof

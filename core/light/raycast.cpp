@@ -202,4 +202,80 @@ void RayScene::nearest16(const Segments16& rays, std::uint32_t active, Hits16& h
   }
 }
 
+// ---- Boxes ------------------------------------------------------------------------------------------------------------
+
+struct SurfaceBoxes::Impl {
+  explicit Impl(const Scene& scene_) : scene(scene_), origin(lichthof::bounds(scene_).centre()) {}
+  ~Impl() { rtcReleaseScene(tree); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  Box box_of(std::uint32_t surface) const {
+    Box box;
+    for (const Vec3& corner : scene.surfaces[surface].corners) box.include(corner);
+    return box;
+  }
+
+  /// Embree's tree keeps single precision: a hair larger, so that it loses nothing.
+  static void bounds(const RTCBoundsFunctionArguments* asked) {
+    const auto& self = *static_cast<const Impl*>(asked->geometryUserPtr);
+    const Box box = self.box_of(asked->primID);
+    float* const bound[2][3] = {{&asked->bounds_o->lower_x, &asked->bounds_o->lower_y, &asked->bounds_o->lower_z},
+                                {&asked->bounds_o->upper_x, &asked->bounds_o->upper_y, &asked->bounds_o->upper_z}};
+    constexpr float most = std::numeric_limits<float>::max();
+    for (int axis = 0; axis < 3; ++axis) {
+      *bound[0][axis] = std::nextafter(static_cast<float>(box.lo[axis] - self.origin[axis]), -most);
+      *bound[1][axis] = std::nextafter(static_cast<float>(box.hi[axis] - self.origin[axis]), most);
+    }
+  }
+
+  struct Query {
+    const Impl& self;
+    const Box& box;
+    std::vector<std::uint32_t> found;
+  };
+  static bool meet(RTCPointQueryFunctionArguments* at) {
+    auto& query = *static_cast<Query*>(at->userPtr);
+    const Box other = query.self.box_of(at->primID);
+    bool is_apart = false;
+    for (int axis = 0; axis < 3; ++axis)
+      is_apart |= other.lo[axis] > query.box.hi[axis] || other.hi[axis] < query.box.lo[axis];
+    if (!is_apart) query.found.push_back(at->primID);
+    return false;  // the sphere stays as large as it is
+  }
+
+  const Scene& scene;
+  Vec3 origin;
+  RTCScene tree = rtcNewScene(device());
+};
+
+SurfaceBoxes::SurfaceBoxes(const Scene& scene) : impl_(std::make_unique<Impl>(scene)) {
+  RTCGeometry geometry = rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(scene.surfaces.size()));
+  rtcSetGeometryUserData(geometry, impl_.get());
+  rtcSetGeometryBoundsFunction(geometry, &Impl::bounds, nullptr);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(impl_->tree, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(impl_->tree);
+}
+
+SurfaceBoxes::~SurfaceBoxes() = default;
+
+std::vector<std::uint32_t> SurfaceBoxes::near(const Box& box) const {
+  Impl::Query query{*impl_, box, {}};
+  const Vec3 centre = box.centre() - impl_->origin;
+  RTCPointQuery sphere{};
+  sphere.x = static_cast<float>(centre.x), sphere.y = static_cast<float>(centre.y);
+  sphere.z = static_cast<float>(centre.z);
+  // Rounding of the centre moves the sphere by less than this share of the coordinates.
+  const double rounding = 1e-6 * (std::abs(centre.x) + std::abs(centre.y) + std::abs(centre.z));
+  sphere.radius = static_cast<float>(0.5 * glm::length(box.size()) * (1 + 1e-6) + rounding);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(impl_->tree, &sphere, &context, &Impl::meet, &query);
+  std::sort(query.found.begin(), query.found.end());
+  return std::move(query.found);
+}
+
 }  // namespace lichthof

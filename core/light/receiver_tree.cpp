@@ -231,7 +231,6 @@ class Builder {
   void close(Cluster& cluster) const {
     Receivers16& r = cluster.points;
     cluster.single_patch = cluster.planar = true;
-    cluster.total_area = 0;
     for (int lane = 0; lane < 16; ++lane) {
       if (!((cluster.lanes >> lane) & 1)) {
         r.x[lane] = r.x[0], r.y[lane] = r.y[0], r.z[lane] = r.z[0];
@@ -240,7 +239,6 @@ class Builder {
         cluster.element[lane] = cluster.element[0];
         cluster.patch[lane] = cluster.patch[0];
       }
-      cluster.total_area += cluster.area[lane];
       cluster.single_patch &= cluster.patch[lane] == cluster.patch[0];
     }
     const float* coordinate[3] = {r.x, r.y, r.z};

@@ -26,7 +26,6 @@ struct Cluster {
   bool single_patch = false;      ///< all lanes belong to one patch
   bool planar = false;            ///< all lanes lie in one plane
   float lo[3], hi[3];             ///< bounds of the points (m, local)
-  float total_area = 0;           ///< m²
 };
 
 /// One or more whole groups with their clusters: the unit that islands are made of.

@@ -30,7 +30,7 @@ bool Shadows::hide(const FlatBox& box, bool look) {
     for (int axis = 0; axis < 3; ++axis)
       corner[axis][k] = (k >> axis) & 1 ? box.hi[axis] + margin : box.lo[axis] - margin;
   for (int k = 0; k < known_count_; ++k)
-    if (kernels_.hidden8(corner, f, occluders_[known_[k]].polygon, margin)) return true;
+    if (kernels_.hidden8(corner, f, occluders_[known_[k]], margin)) return true;
   if (!look) return false;
   const Vec3 from = Vec3{f.cx, f.cy, f.cz} + 2.0 * offset_ * Vec3{f.nx, f.ny, f.nz} + ray_scene_.origin();
   const Vec3 to = 0.5 * Vec3{box.lo[0] + box.hi[0], box.lo[1] + box.hi[1], box.lo[2] + box.hi[2]} + ray_scene_.origin();
@@ -38,7 +38,7 @@ bool Shadows::hide(const FlatBox& box, bool look) {
   ++rays_;
   if (!hit) return false;
   remember(hit->surface);
-  return kernels_.hidden8(corner, f, occluders_[hit->surface].polygon, margin);
+  return kernels_.hidden8(corner, f, occluders_[hit->surface], margin);
 }
 
 void Shadows::enter_island(const FlatBox& box) {
@@ -109,12 +109,8 @@ void Shadows::find_in_part() {
   part_count_ = part_ ? narrowed(*part_, in_cluster_, cluster_count_, in_part_) : cluster_count_;
   if (!part_) std::copy_n(in_cluster_.begin(), cluster_count_, in_part_.begin());
   int occluders = 0;
-  one_by_one_ = true;
-  for (std::size_t k = 0; k < part_count_; ++k) {
-    one_by_one_ &= (in_part_[k].lanes & ~island_.blocks[in_part_[k].block].exact) == 0;
-    occluders += __builtin_popcount(in_part_[k].lanes);
-  }
-  one_by_one_ &= occluders <= few_occluders;
+  for (std::size_t k = 0; k < part_count_; ++k) occluders += __builtin_popcount(in_part_[k].lanes);
+  one_by_one_ = occluders <= few_occluders;
 }
 
 void Shadows::trace(Factors16& packet, std::uint32_t seen) {

@@ -32,6 +32,8 @@ struct EnergyLedger {
   double escaped = 0;   ///< left the scene; measured by rays that met nothing, not by subtraction
   double unshot = 0;    ///< Σ (E + ρH - S) A
   double mirrored = 0;  ///< what mirrors pass on of what the first pass sees them absorb (core/tracing/mirror_light)
+  double gain_direct = 1, gain_indirect = 1;  ///< of the light that has arrived: they close the ledger (core/light/balance)
+  /// Of the light as it has arrived, without the gains: how far factors and shadows err as a whole.
   double residual() const { return emitted > 0 ? (emitted - absorbed - escaped - unshot) / emitted : 0.0; }
 };
 
@@ -81,8 +83,10 @@ struct Solution {
   /// Indirect irradiance of an element (W/m²): what the second pass adds to light it samples itself.
   Rgb indirect(std::size_t element) const {
     const Rgb h{irradiance[element]}, d{direct_irradiance[element]};
-    return h - d + Rgb{pending[element]};
+    return energy.gain_indirect * (h - d + (pending.empty() ? Rgb{0.0} : Rgb{pending[element]}));
   }
+  /// All irradiance of an element (W/m²), as near as the first pass comes to it; the arrays are what it goes on from.
+  Rgb total(std::size_t element) const { return energy.gain_direct * Rgb{direct_irradiance[element]} + indirect(element); }
 };
 
 }  // namespace lichthof

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/check.hpp"
 #include "core/light/local_shot.hpp"
@@ -19,6 +20,14 @@ float distance_to_box(const FlatShooter& f, const float (&lo)[3], const float (&
   }
   return std::sqrt(square);
 }
+
+}  // namespace
+
+float reach_of(double area, const TransferOptions& options) {
+  return static_cast<float>(std::sqrt(area / (std::numbers::pi * options.contribution_cut)));
+}
+
+namespace {
 
 /// How finely all receivers see the emission of a luminaire, at least.
 ///
@@ -129,9 +138,13 @@ class IslandTask {
   }
 
  private:
-  /// Nothing under the node can see the shooter.
+  /// Nothing under the node can see the shooter, or gets anything worth adding.
   bool skipped(const ReceiverNode& node) {
     if (view_.behind(node.lo, node.hi)) return true;
+    if (distance_to_box(shot_.group().flat, node.lo, node.hi) > shot_.group().radius + scene_.reach) {
+      work_.clusters_cut += node.cluster_count;
+      return true;
+    }
     if (!shadows_ || node.cluster_count < clusters_worth_a_test) return false;
     const auto hides = [&] {
       return shadows_->hide(box_of(node), node.cluster_count >= clusters_worth_a_ray) ? 1u : 0u;
@@ -159,10 +172,6 @@ class IslandTask {
     if (cluster.planar && faces_away(cluster)) return;
     ++work_.clusters_tested;
     if (view_.items) return receive_by_items(cluster, index);
-    if (can_not_matter(cluster, distance_to_box(shot_.group().flat, cluster.lo, cluster.hi))) {
-      ++work_.clusters_cut;
-      return;
-    }
     shadows_->enter_cluster(box_of(cluster));
     // The level of detail follows from the distance alone. It must never change from shot to shot: what a receiver got of single
     // elements earlier would not fit what it gets of their mean later.
@@ -208,14 +217,6 @@ class IslandTask {
       if (!view_.items->sees(item_patch_, point, scene_.mesh.patches[place.mesh_patch].plane.value))
         factors_.segments.tfar[lane] = -1.f;
     }
-  }
-
-  /// No point of the shooter is nearer than `distance` minus its radius, and no cosine is above 1.
-  bool can_not_matter(const Cluster& cluster, float distance) const {
-    const float nearest = distance - shot_.group().radius;
-    constexpr float pi = 3.14159265f;
-    return nearest > 0 &&
-           cluster.total_area < static_cast<float>(scene_.options.contribution_cut) * pi * nearest * nearest;
   }
 
   bool faces_away(const Cluster& cluster) const {

@@ -23,10 +23,15 @@ struct TransferScene {
   const ElementOutlines& outlines;  ///< only for the method `hemicube`
   const TransferOptions& options;
   const Vec3& origin;
+  float reach;                         ///< m; see reach_of()
   bool in_hulls = true;                ///< see core/light/shadows
   VisibilityCache* answers = nullptr;  ///< of earlier shots into this scene; nullptr: every ray is asked anew
   PacketObserver* observer = nullptr;  ///< with one thread only
 };
+
+/// The distance beyond which a shot counts for nothing: a receiver at distance d gets at most 1 / (π d²) of its power (1/m²), and
+/// all receivers together on average 1 / A. @param area  A, of all patches (m²)
+float reach_of(double area, const TransferOptions& options);
 
 /// Adds the shot to `light`. @param incoming bitmap of nearer cells, nullptr in the shooter's own cell
 /// @cost  about 0.3 µs per visible cluster, nearly all of it the kernel of the shadow rays

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/light/raycast.hpp"
 #include "core/scene/mesh.hpp"
 #include "core/scene/scene.hpp"
 
@@ -25,28 +26,9 @@ bool separates(const ContactLine& line, const Vec2& point, const Vec2& centre, d
 /// Does the line touch the rectangle?
 bool touches(const ContactLine& line, const Vec2& lo, const Vec2& hi);
 
-/// All surfaces of a scene in a uniform grid of boxes, to find those near a part of a plane.
-class SurfaceGrid {
- public:
-  explicit SurfaceGrid(const Scene& scene);
-  /// Numbers of the surfaces whose bounding box meets `box`, ascending, each once.
-  std::vector<std::uint32_t> near(const Box& box) const;
-
- private:
-  std::size_t cell(const std::array<int, 3>& index) const {
-    return (static_cast<std::size_t>(index[2]) * count_[1] + index[1]) * count_[0] + index[0];
-  }
-  void range(const Box& box, std::array<int, 3>& first, std::array<int, 3>& last) const;
-
-  Box box_;
-  std::array<int, 3> count_{1, 1, 1};
-  std::vector<Box> boxes_;
-  std::vector<std::uint32_t> first_, surfaces_;
-};
-
 /// Lines that the surfaces near a rectangle of the plane leave in it. Glass leaves none: light passes it.
 /// @param lift  height above the plane (m)
-std::vector<ContactLine> contact_lines(const Scene& scene, const SurfaceGrid& grid, const Plane& plane, const Vec2& lo,
-                                       const Vec2& hi, double lift);
+std::vector<ContactLine> contact_lines(const Scene& scene, const SurfaceBoxes& boxes, const Plane& plane,
+                                       const Vec2& lo, const Vec2& hi, double lift);
 
 }  // namespace lichthof

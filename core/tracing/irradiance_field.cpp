@@ -101,7 +101,7 @@ void FieldGeometry::file_patches() {
 }
 
 void FieldGeometry::find_contacts(const Scene& scene) {
-  const SurfaceGrid grid(scene);
+  const SurfaceBoxes boxes(scene);
   contact_first_.assign(bin_first_.size(), 0);
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     const PlaneBins& bins = planes_[i];
@@ -115,7 +115,7 @@ void FieldGeometry::find_contacts(const Scene& scene) {
           const Vec2 lo = bins.lo + Vec2{column, row} / bins.inverse_size - contact_reach * step;
           const Vec2 hi = bins.lo + Vec2{column + 1, row + 1} / bins.inverse_size + contact_reach * step;
           const auto lines =
-              contact_lines(scene, grid, mesh_->planes[i], lo, hi, contact_lift * std::min(step.x, step.y));
+              contact_lines(scene, boxes, mesh_->planes[i], lo, hi, contact_lift * std::min(step.x, step.y));
           contacts_.insert(contacts_.end(), lines.begin(), lines.end());
         }
         contact_first_[bin + 1] = static_cast<std::uint32_t>(contacts_.size());

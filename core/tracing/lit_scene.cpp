@@ -23,7 +23,7 @@ LitScene::LitScene(const Solution& solution) : LitScene(solution.scene) {
   double area = 0;
   for (const Patch& patch : mesh.patches)
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
-      total[e] = glm::max(Rgb{solution.irradiance[e]} + Rgb{solution.pending[e]}, Rgb{0.0});
+      total[e] = glm::max(solution.total(e), Rgb{0.0});
       indirect[e] = glm::max(solution.indirect(e), Rgb{0.0});
       reflected_[e] = Rgbf{patch.reflectance * total[e]};
       if (!mesh.group_is_lit[patch.group.value]) continue;

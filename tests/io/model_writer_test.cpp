@@ -46,6 +46,7 @@ Solution lit_floor() {
       const Vec3 p = solution.mesh->planes[patch.plane.value].point(solution.mesh->elements[e].centre);
       solution.irradiance.push_back(Rgbf{static_cast<float>(2 * p.x)});
     }
+  solution.direct_irradiance.assign(solution.irradiance.size(), Rgbf{0.f});
   return solution;
 }
 

@@ -55,7 +55,7 @@ Solution small_solution() {
     solution.direct_irradiance.push_back({0.5f * x, 0, 0});
     solution.shot.push_back({-x, 1, 2});
   }
-  solution.energy = {10, 4, 3, 2, 1};
+  solution.energy = {10, 4, 3, 2, 1, 1.5, 0.75};
   solution.counters.shots = 42;
   solution.counters.rays = 45, solution.counters.rays_saved = 44;
   solution.counters.clusters_cut = 43;
@@ -81,6 +81,8 @@ TEST_SUITE("io") {
     CHECK(again->pending == std::vector<Rgbf>(solution.irradiance.size(), Rgbf{0.f}));
     CHECK(again->energy.escaped == 3);
     CHECK(again->energy.mirrored == 1);
+    CHECK(again->energy.gain_direct == 1.5);
+    CHECK(again->energy.gain_indirect == 0.75);
     CHECK(again->counters.shots == 42);
     CHECK(again->counters.rays == 45);
     CHECK(again->counters.rays_saved == 44);
@@ -145,8 +147,8 @@ TEST_SUITE("io") {
     check_error(read_solution(folder.write("t.lht", "a text")), folder / "t.lht", "is no solution file");
     check_error(read_solution(folder / ""), folder / "", "is a folder");
     REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {}));
-    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 4");
-    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 4, "solution file"}, {{"head", "x"}}));
+    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 5");
+    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 5, "solution file"}, {{"head", "x"}}));
     check_error(read_solution(folder / "e.lht"), folder / "e.lht", "damaged");
     CHECK_FALSE(is_solution_file(folder / "t.lht"));
   }

@@ -13,7 +13,7 @@ namespace lichthof {
                          float, Factors16&);                                                             \
   float accumulate16(Factors16&, const float*, const float (&)[3], Sums16&);                             \
   bool block16(const FlatOccluder&, Segments16&, LaneMask16&);                                           \
-  bool hidden8(const float (&)[3][8], const FlatPolygon&, const FlatPolygon&, float);                    \
+  bool hidden8(const float (&)[3][8], const FlatPolygon&, const FlatOccluder&, float);                   \
   std::size_t in_shaft(const Shaft&, const Occluders16*, const ShooterSides*, const Candidates*,         \
                        std::size_t, Candidates*);                                                        \
   }
@@ -84,19 +84,18 @@ FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, cons
   return flat;
 }
 
-FlatOccluder flat_occluder(const FlatPolygon& polygon, double margin) {
-  FlatOccluder occluder;
-  occluder.polygon = polygon;
-  const Vec3 n{polygon.nx, polygon.ny, polygon.nz};
-  const auto corner = [&](int k) { return Vec3{polygon.x[k], polygon.y[k], polygon.z[k]}; };
-  occluder.plane = static_cast<float>(glm::dot(n, corner(0)));
-  for (int k = 0; k < polygon.count; ++k) {
-    const Vec3 a = corner(k), b = corner((k + 1) % polygon.count);
-    const Vec3 m = glm::cross(n, b - a);
-    occluder.mx[k] = static_cast<float>(m.x), occluder.my[k] = static_cast<float>(m.y), occluder.mz[k] = static_cast<float>(m.z);
-    occluder.edge[k] = static_cast<float>(glm::dot(m, a) - margin * glm::length(m));
+FlatOccluder flat_occluder(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin, double margin,
+                           std::vector<OccluderEdge>& edges) {
+  const glm::vec3 flat_normal{normal};
+  const Vec3 n{flat_normal};
+  const auto corner = [&](std::size_t k) { return Vec3{glm::vec3{corners[k % corners.size()] - origin}}; };
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 a = corner(k), m = glm::cross(n, corner(k + 1) - a);
+    const glm::vec3 at{a}, inwards{m};
+    edges.push_back({at.x, at.y, at.z, inwards.x, inwards.y, inwards.z,
+                     static_cast<float>(glm::dot(m, a) - margin * glm::length(m))});
   }
-  return occluder;
+  return {{}, flat_normal.x, flat_normal.y, flat_normal.z, static_cast<float>(glm::dot(n, corner(0)))};
 }
 
 }  // namespace lichthof

@@ -326,8 +326,7 @@ float accumulate16(Factors16& factors, const float* area, const float (&value)[3
   return (four[0] + four[2]) + (four[1] + four[3]);
 }
 
-bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& active) {
-  const FlatPolygon& f = occluder.polygon;
+bool block16(const FlatOccluder& face, Segments16& segments, LaneMask16& active) {
   bool left = false;
   for (int at = 0; at < 16; at += lanes_at_once) {
     M& alive = *reinterpret_cast<M*>(active.lane + at);
@@ -335,15 +334,15 @@ bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& act
     const V3 o{load(segments.ox + at), load(segments.oy + at), load(segments.oz + at)};
     const V3 d{load(segments.dx + at), load(segments.dy + at), load(segments.dz + at)};
     // o + t d meets the plane at 0 < t < 1 exactly when its ends lie on different sides.
-    const V from = o.x * f.nx + o.y * f.ny + o.z * f.nz - occluder.plane;
-    const V across = d.x * f.nx + d.y * f.ny + d.z * f.nz;
+    const V from = o.x * face.nx + o.y * face.ny + o.z * face.nz - face.plane;
+    const V across = d.x * face.nx + d.y * face.ny + d.z * face.nz;
     const V to = from + across;
     M blocked = alive & (((from > 0.f) & (to < 0.f)) | ((from < 0.f) & (to > 0.f)));
     if (any(blocked)) {
       const V t = -from / select(blocked, across, all(1.f));
       const V3 p = o + t * d;
-      for (int k = 0; k < f.count; ++k)
-        blocked = blocked & (p.x * occluder.mx[k] + p.y * occluder.my[k] + p.z * occluder.mz[k] > occluder.edge[k]);
+      for (const OccluderEdge& edge : face.edges)
+        blocked = blocked & (p.x * edge.mx + p.y * edge.my + p.z * edge.mz > edge.least);
       store(segments.tfar + at, select(blocked, all(-1.f), load(segments.tfar + at)));
       alive = alive & ~blocked;
     }
@@ -352,7 +351,7 @@ bool block16(const FlatOccluder& occluder, Segments16& segments, LaneMask16& act
   return left;
 }
 
-bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPolygon& occluder, float margin) {
+bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatOccluder& occluder, float margin) {
   using W = float __attribute__((vector_size(32)));
   const W bx = *reinterpret_cast<const W*>(box[0]), by = *reinterpret_cast<const W*>(box[1]),
           bz = *reinterpret_cast<const W*>(box[2]);
@@ -362,23 +361,21 @@ bool hidden8(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPol
     return positive;
   };
   // The occluder's plane separates the box from the shooter ...
-  const W box_side =
-      (bx - occluder.x[0]) * occluder.nx + (by - occluder.y[0]) * occluder.ny + (bz - occluder.z[0]) * occluder.nz;
+  const OccluderEdge& first = occluder.edges[0];
+  const W box_side = (bx - first.x) * occluder.nx + (by - first.y) * occluder.ny + (bz - first.z) * occluder.nz;
   const float side = box_side[0] > 0 ? 1.f : -1.f;
   if (!all_positive(box_side * side)) return false;
   for (int s = 0; s < shooter.count; ++s) {
-    const float d = (shooter.x[s] - occluder.x[0]) * occluder.nx + (shooter.y[s] - occluder.y[0]) * occluder.ny +
-                    (shooter.z[s] - occluder.z[0]) * occluder.nz;
+    const float d = (shooter.x[s] - first.x) * occluder.nx + (shooter.y[s] - first.y) * occluder.ny +
+                    (shooter.z[s] - first.z) * occluder.nz;
     if (d * side >= -margin) return false;
   }
   // ... and each plane through a shooter corner and an edge of the occluder has the whole box on the inner side.
   for (int s = 0; s < shooter.count; ++s)
-    for (int k = 0; k < occluder.count; ++k) {
-      const int next = k + 1 == occluder.count ? 0 : k + 1;
-      const float ax = occluder.x[k] - shooter.x[s], ay = occluder.y[k] - shooter.y[s],
-                  az = occluder.z[k] - shooter.z[s];
-      const float ex = occluder.x[next] - occluder.x[k], ey = occluder.y[next] - occluder.y[k],
-                  ez = occluder.z[next] - occluder.z[k];
+    for (std::size_t k = 0; k < occluder.edges.size(); ++k) {
+      const OccluderEdge &from = occluder.edges[k], &to = occluder.edges[k + 1 == occluder.edges.size() ? 0 : k + 1];
+      const float ax = from.x - shooter.x[s], ay = from.y - shooter.y[s], az = from.z - shooter.z[s];
+      const float ex = to.x - from.x, ey = to.y - from.y, ez = to.z - from.z;
       // From the front (side < 0: the box is behind) the corners run counter-clockwise and corner x edge points outwards;
       // from the back it points inwards.
       const float px = (ay * ez - az * ey) * side, py = (az * ex - ax * ez) * side, pz = (ax * ey - ay * ex) * side;

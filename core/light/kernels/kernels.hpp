@@ -35,12 +35,17 @@ struct FlatShooter : FlatPolygon {
   float u[max_corners], v[max_corners], eu[max_corners], ev[max_corners];
 };
 
-/// A convex polygon that may stand in the way, with the inward normals of its edges in its own plane.
+/// An edge of a convex polygon that may stand in the way: its first corner, and its inward normal in the polygon's plane.
+struct OccluderEdge {
+  float x, y, z;
+  float mx, my, mz, least;           ///< inside: m · p > least for all edges
+};
+
+/// The polygon, whose edges somebody else keeps.
 struct FlatOccluder {
-  FlatPolygon polygon;
-  float plane = 0;                                           ///< n · p of its plane (m)
-  float mx[FlatPolygon::max_corners], my[FlatPolygon::max_corners], mz[FlatPolygon::max_corners];
-  float edge[FlatPolygon::max_corners];                      ///< inside: m · p > edge for all edges
+  std::span<const OccluderEdge> edges;
+  float nx = 0, ny = 0, nz = 1;      ///< unit normal of the front
+  float plane = 0;                   ///< n · p of its plane (m)
 };
 
 /// Where the shadow rays of 16 receivers aim: 16 points of the shooter, one a lane, so that what hides one point is not
@@ -91,7 +96,7 @@ using Block16 = bool (*)(const FlatOccluder& occluder, Segments16& segments, Lan
 /// that is, one convex occluder hides the whole box.
 /// @param box     8 corners x, y, z (m)
 /// @param margin  m; a shooter nearer than this to the occluder's plane lies in it, and is not hidden by it
-using Hidden8 = bool (*)(const float (&box)[3][8], const FlatPolygon& shooter, const FlatPolygon& occluder, float margin);
+using Hidden8 = bool (*)(const float (&box)[3][8], const FlatPolygon& shooter, const FlatOccluder& occluder, float margin);
 
 /// 16 surfaces that may stand between a shooter and receivers, for one test at a time (m, local).
 struct alignas(64) Occluders16 {
@@ -99,7 +104,6 @@ struct alignas(64) Occluders16 {
   float nx[16], ny[16], nz[16];
   float plane[16];                   ///< n · p
   std::uint32_t index[16];           ///< of the surface
-  std::uint32_t exact = 0;           ///< bit i: block16 with occluder i answers as the ray tracer does
 };
 
 /// The convex hull of a shooter's box and a receivers' box: every segment between the two stays inside [Haines94].
@@ -153,7 +157,9 @@ std::span<const Kernels> available_kernels();
 FlatPolygon flat_polygon(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin);
 FlatShooter flat_shooter(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin);
 /// @}
+/// Appends the edges of an occluder. @returns it, without them: the vector may move them once more
 /// @param margin  m; edges are moved out by this much, so that neighbours leave no gap between them
-FlatOccluder flat_occluder(const FlatPolygon& polygon, double margin = 0);
+FlatOccluder flat_occluder(std::span<const Vec3> corners, const Vec3& normal, const Vec3& origin, double margin,
+                           std::vector<OccluderEdge>& edges);
 
 }  // namespace lichthof

@@ -1,7 +1,6 @@
-#include "core/light/escape.hpp"
-
 #include <doctest/doctest.h>
 
+#include "core/light/balance.hpp"
 #include "tests/support/rooms.hpp"
 
 using namespace lichthof;
@@ -16,7 +15,14 @@ Solution shining(const std::shared_ptr<const Scene>& scene, double patch_size) {
   options.patch_size = patch_size;
   solution.mesh = std::make_shared<const Mesh>(mesh_of(*scene, options, {}));
   solution.shot.assign(solution.mesh->elements.size(), Rgbf{1.f});
+  for (auto* values : {&solution.irradiance, &solution.direct_irradiance})
+    values->assign(solution.mesh->elements.size(), Rgbf{0.f});
   return solution;
+}
+
+double escaped_power(Solution solution, const Parallel& parallel) {
+  balance(solution, parallel);
+  return solution.energy.escaped;
 }
 
 void silence(Solution& solution, std::uint32_t surface) {

@@ -43,6 +43,16 @@ FlatShooter shooter_of(const Polygon& corners) {
   return flat_shooter(corners, glm::normalize(newell_vector(corners)), Vec3{0.0});
 }
 
+/// A polygon that stands in the way, with the edges it needs.
+struct OccluderOf {
+  explicit OccluderOf(const Polygon& corners)
+      : flat(flat_occluder(corners, glm::normalize(newell_vector(corners)), Vec3{0.0}, 0, edges)) {
+    flat.edges = edges;
+  }
+  std::vector<OccluderEdge> edges;
+  FlatOccluder flat;
+};
+
 Factors16 factors_by(const Kernels& kernels, const Receivers16& receivers, std::uint32_t lanes, const FlatShooter& shooter,
                      int turn, std::uint32_t& seen) {
   Factors16 out{};
@@ -325,7 +335,7 @@ TEST_SUITE("kernels") {
       Scene scene;
       test::add_polygon(scene, polygon, test::add_material(scene, test::diffuse(0.5)));
       const RayScene rays(scene, scene.surfaces, Vec3{0.0});
-      const FlatOccluder occluder = flat_occluder(shooter_of(polygon));
+      const OccluderOf occluder(polygon);
       Segments16 segments{};
       clear_segments(segments);
       Vec3 from[16], to[16];
@@ -345,7 +355,7 @@ TEST_SUITE("kernels") {
         Segments16 own = segments;
         LaneMask16 active;
         for (int lane = 0; lane < 16; ++lane) active.lane[lane] = lanes >> lane & 1 ? -1 : 0;
-        const bool left = k.block16(occluder, own, active);
+        const bool left = k.block16(occluder.flat, own, active);
         std::uint32_t blocked = 0;
         bool any_left = false;
         for (int lane = 0; lane < 16; ++lane) {
@@ -379,9 +389,9 @@ TEST_SUITE("kernels") {
       alignas(32) float box[3][8];
       for (int k = 0; k < 8; ++k)
         for (int axis = 0; axis < 3; ++axis) box[axis][k] = static_cast<float>(k >> axis & 1 ? hi[axis] : lo[axis]);
-      const bool hidden = available_kernels()[0].hidden8(box, shooter_of(shooter), shooter_of(occluder), 1e-5f);
+      const bool hidden = available_kernels()[0].hidden8(box, shooter_of(shooter), OccluderOf(occluder).flat, 1e-5f);
       for (const Kernels& k : available_kernels().subspan(1))
-        REQUIRE(k.hidden8(box, shooter_of(shooter), shooter_of(occluder), 1e-5f) == hidden);
+        REQUIRE(k.hidden8(box, shooter_of(shooter), OccluderOf(occluder).flat, 1e-5f) == hidden);
       if (!hidden) continue;
       ++hidden_count;
       for (int k = 0; k < 200; ++k) {
@@ -413,8 +423,8 @@ TEST_SUITE("kernels") {
       const Polygon turned(occluder.rbegin(), occluder.rend());
       CAPTURE(height);
       for (const Kernels& k : available_kernels()) {
-        CHECK(k.hidden8(box, shooter_of(shooter), shooter_of(occluder), 1e-5f) == (height > 1e-5));
-        CHECK(k.hidden8(box, shooter_of(shooter), shooter_of(turned), 1e-5f) == (height > 1e-5));
+        CHECK(k.hidden8(box, shooter_of(shooter), OccluderOf(occluder).flat, 1e-5f) == (height > 1e-5));
+        CHECK(k.hidden8(box, shooter_of(shooter), OccluderOf(turned).flat, 1e-5f) == (height > 1e-5));
       }
     }
   }

@@ -42,6 +42,18 @@ Scene crowd(Random& random, int count) {
   return scene;
 }
 
+/// n x n tiles of the unit square about the origin, as seen along a direction.
+Scene tiles(int n, const Vec3& normal) {
+  Scene scene;
+  const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
+  const Vec3 u = glm::normalize(glm::cross(normal, Vec3{0.3, 0.5, 0.8})), v = glm::cross(normal, u);
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < n; ++k)
+      test::add_rectangle(scene, (double(i) / n - 0.5) * u + (double(k) / n - 0.5) * v, u / double(n), v / double(n),
+                          grey);
+  return scene;
+}
+
 std::set<std::uint32_t> surfaces_of(const OccluderSelection& selection) {
   std::set<std::uint32_t> found;
   for (const Candidates& some : selection.candidates)
@@ -57,7 +69,7 @@ TEST_SUITE("occluders") {
     Random random(31);
     std::uint64_t blocked = 0, kept = 0, all = 0;
     for (int trial = 0; trial < 300; ++trial) {
-      const int count = 1 + static_cast<int>(random.below(400));
+      const int count = trial % 60 ? 1 + static_cast<int>(random.below(400)) : 5000;
       const Scene scene = crowd(random, count);
       const Occluders occluders(scene, scene.surfaces, Vec3{0.0}, offset);
       const Polygon polygon = reference::random_polygon(random, reference::random_unit(random), 0.3, 0.8);
@@ -132,6 +144,37 @@ TEST_SUITE("occluders") {
     CHECK(found(above, floor_beyond) == std::set<std::uint32_t>{1});
     CHECK(found(above, floor_here).empty());
     CHECK(found(on_floor, floor_here).empty());
+  }
+
+  TEST_CASE("occluders: what lies in one plane is left out or found as a whole") {
+    Random random(34);
+    constexpr int along = 70;
+    for (int trial = 0; trial < 20; ++trial) {
+      const Vec3 normal = trial ? reference::random_unit(random) : Vec3{0, 0, 1};
+      const Scene scene = tiles(along, normal);
+      const Occluders occluders(scene, scene.surfaces, Vec3{0.0}, offset);
+      const Vec3 u = scene.surfaces[0].corners[1] - scene.surfaces[0].corners[0];
+      const Vec3 v = scene.surfaces[0].corners[3] - scene.surfaces[0].corners[0];
+      const auto found = [&](double lowest, double receivers) {
+        const Vec3 corner = -u * double(along) + lowest * normal;  // of a wall that ends there
+        const Polygon wall{corner, corner + v, corner + v + normal, corner + normal};
+        const FlatShooter shooter = flat_shooter(wall, glm::normalize(u), Vec3{0.0});
+        FlatBox box;
+        const Vec3 place = 0.3 * u * double(along) + receivers * normal;
+        for (int axis = 0; axis < 3; ++axis) box.lo[axis] = box.hi[axis] = static_cast<float>(place[axis]);
+        return surfaces_of(occluders.in_shaft(shaft_between(box_of(shooter), box, static_cast<float>(offset)),
+                                              occluders.sides_of(shooter), no_limit));
+      };
+      CAPTURE(trial);
+      CHECK(found(0, 0).empty());
+      CHECK(found(0.1, 0).empty());
+      // The tiles that the way from the wall's lowest line crosses are among them.
+      const std::set<std::uint32_t> crossed = found(-0.5, 0.5);
+      CHECK(!crossed.empty());
+      const Vec3 from = -u * double(along) - 0.5 * normal + 0.5 * v, to = 0.3 * u * double(along) + 0.5 * normal;
+      for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s)
+        if (reference::inside_by(from, to, scene.surfaces[s].corners) > 1e-6) CHECK(crossed.count(s) == 1);
+    }
   }
 
   TEST_CASE("occluders: more than asked for is none, and said so") {

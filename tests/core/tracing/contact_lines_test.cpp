@@ -36,13 +36,13 @@ TEST_CASE("contact_lines: what stands on a plane leaves a line, what hangs above
   add_rectangle(scene, {2, 1, 0.5}, {0, 2, 0}, {0, 0, 1}, grey);
   add_rectangle(scene, {3, 1, 0}, {0, 2, 0}, {0, 0, 1}, add_material(scene, glass(1.5)));
   const Plane floor{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  const std::vector<ContactLine> lines = contact_lines(scene, SurfaceGrid(scene), floor, {0, 0}, {4, 4}, 0.01);
+  const std::vector<ContactLine> lines = contact_lines(scene, SurfaceBoxes(scene), floor, {0, 0}, {4, 4}, 0.01);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].a.x == doctest::Approx(1));
   CHECK(std::abs(lines[0].a.y - lines[0].b.y) == doctest::Approx(2));
 }
 
-TEST_CASE("contact_lines: the grid finds every surface that a box meets") {
+TEST_CASE("contact_lines: the boxes give every surface that a box meets") {
   Scene scene;
   const std::uint32_t grey = add_material(scene, diffuse(0.5));
   for (int i = 0; i < 200; ++i) add_rectangle(scene, {0.1 * i, 0.05 * i, 0}, {0.3, 0, 0}, {0, 0.3, 0.2}, grey);
@@ -57,5 +57,5 @@ TEST_CASE("contact_lines: the grid finds every surface that a box meets") {
     if (!apart) expected.push_back(s);
   }
   REQUIRE_FALSE(expected.empty());
-  CHECK(SurfaceGrid(scene).near(box) == expected);
+  CHECK(SurfaceBoxes(scene).near(box) == expected);
 }
