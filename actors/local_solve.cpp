@@ -164,7 +164,10 @@ Solution solve(const SolveRun& run) {
     solution.energy.unshot += sum_channels(power.unshot);
   }
   cells.clear(), lights.clear();  // what comes next needs room of its own
-  if (begun) solution.energy.mirrored = begun->energy.mirrored;
+  if (begun) {
+    solution.energy.mirrored = begun->energy.mirrored;
+    solution.energy.mirrored_direct = begun->energy.mirrored_direct;
+  }
   solution.energy.absorbed -= solution.energy.mirrored;
   solution.converged = controller->converged();
   balance(solution, *run.parallel);

@@ -48,8 +48,9 @@ void put_head(ByteWriter& to, const Head& h) {
        {c.shots, c.rays, c.rays_saved, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
         c.cells_skipped, c.clusters_tested, c.clusters_hidden, c.clusters_cut})
     to.put(value);
-  for (const double value : {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored,
-                             h.energy.gain_direct, h.energy.gain_indirect, h.seconds_radiosity})
+  for (const double value :
+       {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored,
+        h.energy.mirrored_direct, h.energy.gain_direct, h.energy.gain_indirect, h.seconds_radiosity})
     to.put(value);
   to.put(static_cast<std::uint8_t>(h.converged));
   to.put(h.elements), to.put(h.mesh_hash);
@@ -65,8 +66,9 @@ bool get_head(ByteReader& from, Head& h) {
        {&c.shots, &c.rays, &c.rays_saved, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes,
         &c.bitmap_bytes_raw, &c.cells_skipped, &c.clusters_tested, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
-  for (double* value : {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.energy.mirrored,
-                        &h.energy.gain_direct, &h.energy.gain_indirect, &h.seconds_radiosity})
+  for (double* value :
+       {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.energy.mirrored,
+        &h.energy.mirrored_direct, &h.energy.gain_direct, &h.energy.gain_indirect, &h.seconds_radiosity})
     from.get(*value);
   from.get(h.converged);
   from.get(h.elements), from.get(h.mesh_hash);

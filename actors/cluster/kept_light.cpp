@@ -53,7 +53,8 @@ Status put_images(Solution& solution, const std::map<CellId, CellImage>& images)
     energy.unshot += sum_channels(image.power.unshot);
     solution.counters += image.counters;
   }
-  energy.escaped = solution.energy.escaped, energy.mirrored = solution.energy.mirrored;
+  energy.escaped = solution.energy.escaped;
+  energy.mirrored = solution.energy.mirrored, energy.mirrored_direct = solution.energy.mirrored_direct;
   energy.absorbed -= energy.mirrored;
   solution.energy = energy;
   set_pending(solution, expected_light(outlook));

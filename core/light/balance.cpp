@@ -69,9 +69,12 @@ void balance(Solution& solution, const Parallel& parallel) {
   solution.energy.escaped = escaped.shot;
   const double kept = all.indirect - all.reflected_indirect + escaped.indirect;
   if (!solution.converged || !(all.direct > 0) || !(kept > 0)) return;
-  const double sent = all.emitted + solution.energy.mirrored - escaped.emitted;
-  solution.energy.gain_direct = told(sent / all.direct, emitted_variance / (all.direct * all.direct));
-  const double left = sent - solution.energy.gain_direct * (all.direct - all.reflected_direct + escaped.direct);
+  const EnergyLedger& energy = solution.energy;
+  const double sent = all.emitted - escaped.emitted;
+  solution.energy.gain_direct =
+      told((sent + energy.mirrored_direct) / all.direct, emitted_variance / (all.direct * all.direct));
+  const double left =
+      sent + energy.mirrored - energy.gain_direct * (all.direct - all.reflected_direct + escaped.direct);
   solution.energy.gain_indirect = told(left / kept, variance / (kept * kept));
 }
 

@@ -5,10 +5,10 @@
 /// escapes can be measured. So all direct light is scaled to what luminaires send, and all other light to what surfaces
 /// then reflect:
 ///
-///     Φ + M = g H_d + Esc(Φ),     Φ + M + ρ (g H_d + k H_i) = g H_d + k H_i + Esc(Φ + ρ (g H_d + k H_i))
+///     Φ + M_d = g H_d + Esc(Φ),     Φ + M + ρ (g H_d + k H_i) = g H_d + k H_i + Esc(Φ + ρ (g H_d + k H_i))
 ///
-/// in powers summed over elements and channels; Φ is what is emitted, M what mirrors send on, H_d direct and H_i other light with
-/// what is still expected.
+/// in powers summed over elements and channels; Φ is what is emitted, M what mirrors send on (M_d: of luminaires' light), H_d
+/// direct and H_i other light with what is still expected.
 #pragma once
 
 #include "core/base/parallel.hpp"

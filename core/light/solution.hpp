@@ -32,6 +32,7 @@ struct EnergyLedger {
   double escaped = 0;   ///< left the scene; measured by rays that met nothing, not by subtraction
   double unshot = 0;    ///< Σ (E + ρH - S) A
   double mirrored = 0;  ///< what mirrors pass on of what the first pass sees them absorb (core/tracing/mirror_light)
+  double mirrored_direct = 0;  ///< the part of it that comes straight from luminaires
   double gain_direct = 1, gain_indirect = 1;  ///< of the light that has arrived: they close the ledger (core/light/balance)
   /// Of the light as it has arrived, without the gains: how far factors and shadows err as a whole.
   double residual() const { return emitted > 0 ? (emitted - absorbed - escaped - unshot) / emitted : 0.0; }

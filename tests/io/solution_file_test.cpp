@@ -55,7 +55,7 @@ Solution small_solution() {
     solution.direct_irradiance.push_back({0.5f * x, 0, 0});
     solution.shot.push_back({-x, 1, 2});
   }
-  solution.energy = {10, 4, 3, 2, 1, 1.5, 0.75};
+  solution.energy = {10, 4, 3, 2, 1, 0.5, 1.5, 0.75};
   solution.counters.shots = 42;
   solution.counters.rays = 45, solution.counters.rays_saved = 44;
   solution.counters.clusters_cut = 43;
@@ -81,6 +81,7 @@ TEST_SUITE("io") {
     CHECK(again->pending == std::vector<Rgbf>(solution.irradiance.size(), Rgbf{0.f}));
     CHECK(again->energy.escaped == 3);
     CHECK(again->energy.mirrored == 1);
+    CHECK(again->energy.mirrored_direct == 0.5);
     CHECK(again->energy.gain_direct == 1.5);
     CHECK(again->energy.gain_indirect == 0.75);
     CHECK(again->counters.shots == 42);

@@ -32,15 +32,16 @@ TEST_CASE("mirror_light: what a luminaire sends by a mirror is shot on, and the 
   REQUIRE(begun);
   cell.light.load(*begun);
   const double emitted = sum_channels(cell.light.power().emitted);
-  // All but what the mirror keeps, and what passes beside it.
-  CHECK(begun->energy.mirrored > 0.7 * emitted);
-  CHECK(begun->energy.mirrored < 0.8 * emitted);
+  // All but what the mirror keeps, and what passes beside it; and part of what walls send to the mirror later.
+  CHECK(begun->energy.mirrored_direct > 0.7 * emitted);
+  CHECK(begun->energy.mirrored_direct < 0.8 * emitted);
+  CHECK(begun->energy.mirrored > 1.05 * begun->energy.mirrored_direct);
   cell.solve(1e-5);
   const CellPower power = cell.light.power();
   const double absorbed = sum_channels(power.absorbed) - begun->energy.mirrored;
   const double residual = (emitted - absorbed - sum_channels(power.unshot)) / emitted;
   INFO("residual " << residual);
-  // Measured -8e-4 at this mesh; all that is diffuse when it meets the mirror is absorbed there.
+  // Measured -2e-3 at this mesh.
   CHECK(std::abs(residual) < 0.01);
 }
 
@@ -71,7 +72,7 @@ TEST_CASE("mirror_light: behind the luminaire, where nothing comes straight, the
   }
   const double with = light_of(true) / wanted - 1, without = light_of(false) / wanted - 1;
   MESSAGE("with " << with << ", without " << without << ", noise of path tracing " << std::sqrt(variance) / wanted);
-  CHECK(std::abs(with) < 0.03);
+  CHECK(std::abs(with) < 0.01);
   CHECK(without < -0.1);
 }
 
