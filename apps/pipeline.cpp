@@ -384,6 +384,8 @@ RunRecord& Run::record() {
     record_.patches = mesh_->patches.size();
     record_.cells = solution_->options.cells;
     record_.energy = solution_->energy;
+    record_.sides_dark = 0;
+    for (const LitSides& lit : mesh_->lit_sides) record_.sides_dark += (lit.front ? 0u : 1u) + (lit.back ? 0u : 1u);
     record_.counters = solution_->counters;
     record_.converged = solution_->converged;
   }

@@ -103,8 +103,9 @@ static void fields(Codec& c, Field<Codec, CellPower> power) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, SolveCounters> counters) {
-  auto& [shots, rays, saved, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, hidden, cut] = counters;
-  c(shots, rays, saved, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, hidden, cut);
+  auto& [shots, rays, saved, remembered, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, behind, hidden,
+         cut] = counters;
+  c(shots, rays, saved, remembered, factors, messages, bytes, bitmaps, bitmaps_raw, skipped, tested, behind, hidden, cut);
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, CellImage> image) {

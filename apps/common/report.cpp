@@ -51,14 +51,17 @@ double per(std::uint64_t bytes, std::uint64_t count) {
   return count > 0 ? static_cast<double>(bytes) / static_cast<double>(count) : 0;
 }
 
-nlohmann::json counters_json(const SolveCounters& counters) {
+nlohmann::json counters_json(const RunRecord& record) {
+  const SolveCounters& counters = record.counters;
   return {{"form_factors", counters.form_factors},       {"rays_saved", counters.rays_saved},
-          {"messages", counters.messages},
+          {"rays_remembered", counters.rays_remembered}, {"messages", counters.messages},
           {"bytes_per_shot", per(counters.bytes_sent, counters.shots)},
           {"bytes_per_message", per(counters.bytes_sent, counters.messages)},
           {"bitmap_bytes", counters.bitmap_bytes},       {"bitmap_bytes_raw", counters.bitmap_bytes_raw},
           {"cells_skipped", counters.cells_skipped},     {"clusters_tested", counters.clusters_tested},
-          {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut}};
+          {"clusters_behind", counters.clusters_behind},
+          {"clusters_hidden", counters.clusters_hidden}, {"clusters_cut", counters.clusters_cut},
+          {"sides_dark", record.sides_dark}};
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ nlohmann::json json(const RunRecord& record) {
       {"bytes_sent", record.counters.bytes_sent},
       {"peak_memory_bytes", peak_memory_bytes()},
       {"converged", record.has_first_pass ? nlohmann::json(record.converged) : nlohmann::json(nullptr)},
-      {"counters", counters_json(record.counters)},
+      {"counters", counters_json(record)},
       {"solution", record.kept_solution.empty() ? nlohmann::json(nullptr) : nlohmann::json(record.kept_solution)},
       {"import", record.import ? record.import->json() : nlohmann::json(nullptr)},
   };

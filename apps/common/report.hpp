@@ -35,6 +35,7 @@ struct RunRecord {
   std::uint64_t elements = 0, patches = 0;
   std::array<std::uint32_t, 3> cells{0, 0, 0};
   EnergyLedger energy;
+  std::uint64_t sides_dark = 0;  ///< of surfaces: no light reaches them, and they get no patches or dormant ones
   SolveCounters counters;
   bool converged = false;
   double emitted_w = 0;  ///< of the scene, first pass or not

@@ -221,8 +221,10 @@ void Cell::send(HemicubeMessage message, CellId to, Effects& effects) {
 void Cell::count(const TransferWork& work, Effects& effects) {
   counters_.rays += work.rays;
   counters_.rays_saved += work.rays_saved;
+  counters_.rays_remembered += work.rays_remembered;
   counters_.form_factors += work.form_factors;
   counters_.clusters_tested += work.clusters_tested;
+  counters_.clusters_behind += work.clusters_behind;
   counters_.clusters_hidden += work.clusters_hidden;
   counters_.clusters_cut += work.clusters_cut;
   effects.work.rays += work.rays - work.rays_saved;

@@ -81,7 +81,8 @@ struct Shot {
 struct TransferWork {
   std::uint64_t rays = 0;        ///< shadow rays answered
   std::uint64_t rays_saved = 0;  ///< those answered without the ray tracer, see core/light/shadows
-  std::uint64_t form_factors = 0, clusters_tested = 0, clusters_hidden = 0, clusters_cut = 0;
+  std::uint64_t rays_remembered = 0;  ///< those of them that an earlier shot had asked, see core/light/visibility_cache
+  std::uint64_t form_factors = 0, clusters_tested = 0, clusters_behind = 0, clusters_hidden = 0, clusters_cut = 0;
   Rgb received{0.0};  ///< power that arrived in this cell (W)
 };
 

@@ -42,18 +42,23 @@ struct SolveCounters {
   std::uint64_t shots = 0;
   std::uint64_t rays = 0;            ///< shadow rays answered
   std::uint64_t rays_saved = 0;      ///< those answered without the ray tracer
+  std::uint64_t rays_remembered = 0; ///< those of them that an earlier shot had asked
   std::uint64_t form_factors = 0;    ///< receiver-shooter pairs
   std::uint64_t messages = 0;        ///< hemicube messages between cells
   std::uint64_t bytes_sent = 0;      ///< of those, as on the wire
   std::uint64_t bitmap_bytes = 0;    ///< compressed bitmaps alone
   std::uint64_t bitmap_bytes_raw = 0;///< what they would be uncompressed
   std::uint64_t cells_skipped = 0;   ///< visits saved: behind the shooter or wholly covered
-  std::uint64_t clusters_tested = 0, clusters_hidden = 0, clusters_cut = 0;  ///< receiver clusters; skipped by shaft; below the cut
+  std::uint64_t clusters_tested = 0; ///< receivers of a shot, 16 at a time
+  std::uint64_t clusters_behind = 0; ///< skipped: behind the shooter or facing away
+  std::uint64_t clusters_hidden = 0; ///< skipped: one surface hides them all
+  std::uint64_t clusters_cut = 0;    ///< skipped: so far away that they get nothing that counts
 
   SolveCounters& operator+=(const SolveCounters& other) {
     shots += other.shots;
     rays += other.rays;
     rays_saved += other.rays_saved;
+    rays_remembered += other.rays_remembered;
     form_factors += other.form_factors;
     messages += other.messages;
     bytes_sent += other.bytes_sent;
@@ -61,6 +66,7 @@ struct SolveCounters {
     bitmap_bytes_raw += other.bitmap_bytes_raw;
     cells_skipped += other.cells_skipped;
     clusters_tested += other.clusters_tested;
+    clusters_behind += other.clusters_behind;
     clusters_hidden += other.clusters_hidden;
     clusters_cut += other.clusters_cut;
     return *this;

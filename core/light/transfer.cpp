@@ -140,7 +140,10 @@ class IslandTask {
  private:
   /// Nothing under the node can see the shooter, or gets anything worth adding.
   bool skipped(const ReceiverNode& node) {
-    if (view_.behind(node.lo, node.hi)) return true;
+    if (view_.behind(node.lo, node.hi)) {
+      work_.clusters_behind += node.cluster_count;
+      return true;
+    }
     if (distance_to_box(shot_.group().flat, node.lo, node.hi) > shot_.group().radius + scene_.reach) {
       work_.clusters_cut += node.cluster_count;
       return true;
@@ -168,8 +171,10 @@ class IslandTask {
 
   void receive(std::uint32_t index) {
     const Cluster& cluster = scene_.tree.clusters[index];
-    if (view_.behind(cluster.lo, cluster.hi)) return;
-    if (cluster.planar && faces_away(cluster)) return;
+    if (view_.behind(cluster.lo, cluster.hi) || (cluster.planar && faces_away(cluster))) {
+      ++work_.clusters_behind;
+      return;
+    }
     ++work_.clusters_tested;
     if (view_.items) return receive_by_items(cluster, index);
     shadows_->enter_cluster(box_of(cluster));
@@ -241,7 +246,7 @@ class IslandTask {
       for (int lane = 0; lane < 16; ++lane)
         if ((sees >> lane & 1) == 0) factors_.segments.tfar[lane] = -1.f;
       const auto lanes = static_cast<std::uint64_t>(__builtin_popcount(sees));
-      work_.rays += lanes, work_.rays_saved += lanes;
+      work_.rays += lanes, work_.rays_saved += lanes, work_.rays_remembered += lanes;
     }
     settle({index, item_, &source, share}, factors_);
   }
@@ -367,8 +372,10 @@ TransferWork transfer(const Shot& shot, const HemicubeBitmap* incoming, const Tr
   for (const TransferWork& part : parts) {
     total.rays += part.rays;
     total.rays_saved += part.rays_saved;
+    total.rays_remembered += part.rays_remembered;
     total.form_factors += part.form_factors;
     total.clusters_tested += part.clusters_tested;
+    total.clusters_behind += part.clusters_behind;
     total.clusters_hidden += part.clusters_hidden;
     total.clusters_cut += part.clusters_cut;
     total.received += part.received;

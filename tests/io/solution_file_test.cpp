@@ -59,6 +59,7 @@ Solution small_solution() {
   solution.counters.shots = 42;
   solution.counters.rays = 45, solution.counters.rays_saved = 44;
   solution.counters.clusters_cut = 43;
+  solution.counters.clusters_behind = 46, solution.counters.rays_remembered = 47;
   solution.seconds_radiosity = 1.5;
   solution.converged = true;
   return solution;
@@ -88,6 +89,8 @@ TEST_SUITE("io") {
     CHECK(again->counters.rays == 45);
     CHECK(again->counters.rays_saved == 44);
     CHECK(again->counters.clusters_cut == 43);
+    CHECK(again->counters.clusters_behind == 46);
+    CHECK(again->counters.rays_remembered == 47);
     CHECK(again->seconds_radiosity == 1.5);
     CHECK(again->converged);
     CHECK(again->options.cells == solution.options.cells);

@@ -30,7 +30,7 @@ struct Twice {
 Twice shoot_twice(test::OneCell& cell, int shots) {
   Twice sum;
   const auto add = [](TransferWork& to, const TransferWork& work) {
-    to.rays += work.rays, to.rays_saved += work.rays_saved, to.received += work.received;
+    to.rays += work.rays, to.rays_saved += work.rays_saved, to.rays_remembered += work.rays_remembered, to.received += work.received;
     to.form_factors += work.form_factors;
   };
   for (int k = 0; k < shots; ++k) {
@@ -76,6 +76,8 @@ TEST_SUITE("visibility_cache") {
     const Twice known = shoot_twice(with, 40), asked = shoot_twice(without, 40);
     shoot_twice(by_three, 40);
     CHECK(known.again.rays_saved == known.again.rays);
+    CHECK(known.again.rays_remembered > 0.5 * static_cast<double>(known.again.rays));
+    CHECK(asked.again.rays_remembered == 0);
     CHECK(asked.again.rays_saved < asked.again.rays);
     CHECK(known.again.form_factors < known.first.form_factors);  // packets that see nothing are not computed
     CHECK(known.again.received == asked.again.received);
