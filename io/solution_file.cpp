@@ -45,8 +45,8 @@ void put_head(ByteWriter& to, const Head& h) {
   to.put(static_cast<std::uint8_t>(h.options.method));
   const SolveCounters& c = h.counters;
   for (const std::uint64_t value :
-       {c.shots, c.rays, c.rays_saved, c.rays_remembered, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes, c.bitmap_bytes_raw,
-        c.cells_skipped, c.clusters_tested, c.clusters_behind, c.clusters_hidden, c.clusters_cut})
+       {c.shots, c.rays, c.rays_saved, c.rays_remembered, c.form_factors, c.messages, c.bytes_sent, c.bitmap_bytes,
+        c.bitmap_bytes_raw, c.cells_skipped, c.clusters_tested, c.clusters_behind, c.clusters_hidden, c.clusters_cut})
     to.put(value);
   for (const double value :
        {h.energy.emitted, h.energy.absorbed, h.energy.escaped, h.energy.unshot, h.energy.mirrored,
@@ -62,9 +62,9 @@ bool get_head(ByteReader& from, Head& h) {
   from.get(h.options.cells), from.get(h.options.hemicube_resolution), from.get(h.options.eps);
   from.get(method);
   SolveCounters& c = h.counters;
-  for (std::uint64_t* value :
-       {&c.shots, &c.rays, &c.rays_saved, &c.rays_remembered, &c.form_factors, &c.messages, &c.bytes_sent, &c.bitmap_bytes,
-        &c.bitmap_bytes_raw, &c.cells_skipped, &c.clusters_tested, &c.clusters_behind, &c.clusters_hidden, &c.clusters_cut})
+  for (std::uint64_t* value : {&c.shots, &c.rays, &c.rays_saved, &c.rays_remembered, &c.form_factors, &c.messages,
+                               &c.bytes_sent, &c.bitmap_bytes, &c.bitmap_bytes_raw, &c.cells_skipped,
+                               &c.clusters_tested, &c.clusters_behind, &c.clusters_hidden, &c.clusters_cut})
     from.get(*value);
   for (double* value :
        {&h.energy.emitted, &h.energy.absorbed, &h.energy.escaped, &h.energy.unshot, &h.energy.mirrored,

@@ -206,7 +206,7 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
   const bool is_reference = w.method == Method::reference;
   const auto patch = number(options, "patch_m", 0.0, 0, 1e9), element = number(options, "element_m", 0.0, 0, 1e9);
   const auto elements = number<std::uint32_t>(options, "elements", w.mesh.target_elements, 1, most_elements);
-  const auto eps = number(options, "eps", 5e-4, 1e-12, 1);
+  const auto eps = number(options, "eps", SolveOptions{}.eps, 1e-12, 1);
   const auto hemicube = number<std::uint32_t>(options, "hemicube", w.hemicube, 2, 4096);
   const auto width = number<std::uint32_t>(options, "width", 640, 1, 65536),
              height = number<std::uint32_t>(options, "height", 480, 1, 65536);

@@ -21,14 +21,6 @@ float distance_to_box(const FlatShooter& f, const float (&lo)[3], const float (&
   return std::sqrt(square);
 }
 
-}  // namespace
-
-float reach_of(double area, const TransferOptions& options) {
-  return static_cast<float>(std::sqrt(area / (std::numbers::pi * options.contribution_cut)));
-}
-
-namespace {
-
 /// How finely all receivers see the emission of a luminaire, at least.
 ///
 /// Element by element, for its shadow edges carry most of a picture's detail: but a luminaire of many patches is sampled well
@@ -348,6 +340,10 @@ class IslandTask {
 };
 
 }  // namespace
+
+float reach_of(double area, const TransferOptions& options) {
+  return static_cast<float>(std::sqrt(area / (std::numbers::pi * options.contribution_cut)));
+}
 
 TransferWork transfer(const Shot& shot, const HemicubeBitmap* incoming, const TransferScene& scene, Radiosity& light,
                       const Parallel& parallel) {

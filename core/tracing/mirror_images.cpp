@@ -27,7 +27,7 @@ MirrorImages::MirrorImages(std::shared_ptr<const TraceScene> scene) : scene_(std
   std::vector<std::uint32_t> mirrors, luminaires;
   for (std::uint32_t s = 0; s < input.surfaces.size(); ++s) {
     const Material& material = input.material_of(input.surfaces[s]);
-    if (material.finish == Finish::mirror && is_specular(material)) mirrors.push_back(s);
+    if (is_mirror(material)) mirrors.push_back(s);
     if (material.emits()) luminaires.push_back(s);
   }
   if (2 * mirrors.size() * luminaires.size() > most_images) return;

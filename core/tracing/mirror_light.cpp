@@ -33,8 +33,7 @@ std::vector<MirrorSide> mirror_sides(const Scene& scene) {
   std::vector<MirrorSide> sides;
   for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
     const Surface& surface = scene.surfaces[s];
-    const Material& material = scene.material_of(surface);
-    if (material.finish != Finish::mirror || !is_specular(material)) continue;
+    if (!is_mirror(scene.material_of(surface))) continue;
     sides.push_back({s, surface.normal, surface.corners});
     sides.push_back({s, -surface.normal, Polygon(surface.corners.rbegin(), surface.corners.rend())});
   }

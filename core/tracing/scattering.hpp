@@ -29,6 +29,8 @@ bool refracted(const Vec3& direction, const Vec3& normal, double eta, Vec3& out)
 Rgb specular_share(const Material& material, const Rgb& diffuse);
 /// True for mirrors and gloss, where the finish leaves them any share.
 bool is_specular(const Material& material);
+/// A plane mirror that shows something.
+inline bool is_mirror(const Material& material) { return material.finish == Finish::mirror && is_specular(material); }
 
 /// Direction of the lobe cosⁿ around `axis` for a point of the unit square; density phong_density().
 Vec3 phong_direction(const Vec3& axis, double exponent, const Vec2& square);
