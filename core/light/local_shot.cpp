@@ -15,38 +15,40 @@ std::vector<Vec3> world_corners(const Plane& plane, std::span<const Vec2> corner
   return world;
 }
 
-template <class PointOfLane>
-void set_aims(Aim16& aim, PointOfLane&& point_of_lane) {
-  for (int lane = 0; lane < 16; ++lane) {
-    const Vec3 point = point_of_lane(lane);
-    aim.x[lane] = aim.x[lane + 16] = static_cast<float>(point.x);
-    aim.y[lane] = aim.y[lane + 16] = static_cast<float>(point.y);
-    aim.z[lane] = aim.z[lane + 16] = static_cast<float>(point.z);
+/// The middle of an element in the local frame, its area (m²) and what leaves it.
+struct AimedPlace {
+  Vec3 centre;
+  float area;
+  Rgbf reflected;
+};
+
+void set_aim(Aims& aims, int lane, const AimedPlace& place) {
+  for (const int l : {lane, lane + 16}) {
+    aims.place.x[l] = static_cast<float>(place.centre.x);
+    aims.place.y[l] = static_cast<float>(place.centre.y);
+    aims.place.z[l] = static_cast<float>(place.centre.z);
+    for (int c = 0; c < 3; ++c) aims.reflected[c][l] = place.reflected[c];
   }
 }
 
-/// The middle of an element in the local frame, and what is open of its area (m²).
-struct OpenPlace {
-  Vec3 centre;
-  float area;
-};
+/// Sets of 16 places of a source of up to 64: what one leaves out another one has.
+constexpr int aim_sets = 4;
 
-/// Aims at elements in proportion to what is open of them. Aiming blindly multiplies the mean radiosity by the mean visibility,
-/// but what is hidden under furniture is dark as well: the product of means loses several percent.
-void aim_where_it_is_open(FlatSource& source, std::span<const OpenPlace> places) {
+/// 16 places, one from each of 16 strata of equal area.
+Aims aims_of_set(std::span<const AimedPlace> places, int set) {
   float total = 0;
-  for (const OpenPlace& place : places) total += place.area;
-  if (!(total > 0)) return;
-  // Strata of equal area; neighbouring lanes take strata far apart.
-  std::array<Vec3, 16> of_stratum;
+  for (const AimedPlace& place : places) total += place.area;
+  Aims aims;
   std::size_t next = 0;
   float up_to = places[0].area;
-  for (int k = 0; k < 16; ++k) {
-    const float wanted = (static_cast<float>(k) + 0.5f) / 16.f * total;
+  for (int stratum = 0; stratum < 16; ++stratum) {
+    const float within = (static_cast<float>((set + stratum) % aim_sets) + 0.5f) / aim_sets;
+    const float wanted = (static_cast<float>(stratum) + within) / 16.f * total;
     while (up_to < wanted && next + 1 < places.size()) up_to += places[++next].area;
-    of_stratum[static_cast<std::size_t>(k)] = places[next].centre;
+    // Neighbouring lanes take strata far apart: stratum = 5 lane, mod 16.
+    set_aim(aims, stratum * 13 & 15, places[next]);
   }
-  set_aims(source.aim, [&](int lane) { return of_stratum[static_cast<std::size_t>(lane * 5 & 15)]; });
+  return aims;
 }
 
 FlatSource source_of(const Plane& plane, std::span<const Vec2> corners, const Vec3& origin, const Rgbf& reflected,
@@ -54,7 +56,6 @@ FlatSource source_of(const Plane& plane, std::span<const Vec2> corners, const Ve
   FlatSource source;
   source.flat = flat_shooter(world_corners(plane, corners), plane.normal, origin);
   source.box = box_of(source.flat);
-  set_aims(source.aim, [&](int) { return Vec3{source.flat.cx, source.flat.cy, source.flat.cz}; });
   for (int c = 0; c < 3; ++c) source.reflected[c] = reflected[c], source.emitted[c] = emitted[c];
   const FlatShooter& f = source.flat;
   for (int k = 0; k < f.count; ++k) {
@@ -182,20 +183,32 @@ class PartsOfShot {
             {ShotPart::Level::element, end,
              source_of(shot_.plane, corners_, origin_, patch.delta[place] - patch.emitted, patch.emitted)});
         const FlatShooter& f = local_.parts.back().source.flat;
-        places_.push_back({Vec3{f.cx, f.cy, f.cz}, patch.openness[place] * patch.area[place]});
+        places_.push_back({Vec3{f.cx, f.cy, f.cz}, patch.area[place], patch.delta[place] - patch.emitted});
+        set_aims(local_.parts.back().source, std::span(places_).last(1), 1);
       }
     finish(part, first_place);
   }
 
   void finish(std::size_t part, std::size_t first_place) {
     local_.parts[part].end = static_cast<std::uint32_t>(local_.parts.size());
-    aim_where_it_is_open(local_.parts[part].source, std::span(places_).subspan(first_place));
+    const std::span<const AimedPlace> places = std::span(places_).subspan(first_place);
+    // A shot from a peer may have none: nothing leaves it then.
+    const FlatShooter& f = local_.parts[part].source.flat;
+    const AimedPlace middle{Vec3{f.cx, f.cy, f.cz}, 1.f, Rgbf{0.f}};
+    set_aims(local_.parts[part].source, places.empty() ? std::span(&middle, 1) : places,
+             places.size() > 16 ? aim_sets : 1);
+  }
+
+  void set_aims(FlatSource& source, std::span<const AimedPlace> places, int sets) {
+    source.first_aims = static_cast<std::uint32_t>(local_.aims.size());
+    source.aims_count = static_cast<std::uint32_t>(sets);
+    for (int set = 0; set < sets; ++set) local_.aims.push_back(aims_of_set(places, set));
   }
 
   const Shot& shot_;
   const Vec3& origin_;
   LocalShot& local_;
-  std::vector<OpenPlace> places_;  ///< of all elements so far
+  std::vector<AimedPlace> places_;  ///< of all elements so far
   Polygon2 corners_;
 };
 

@@ -8,14 +8,20 @@
 
 namespace lichthof {
 
+/// 16 places of a source that shadow rays aim at, and what is sent there.
+struct Aims {
+  Aim16 place;
+  float reflected[3][32];  ///< as FlatSource::reflected, written twice as the places are
+};
+
 /// A polygon that shoots one value, in the cell's local frame.
 struct FlatSource {
   FlatShooter flat;
-  Aim16 aim;
-  float reflected[3] = {};  ///< unshot radiosity without emission (W/m²), signed
-  float emitted[3] = {};    ///< own emission (W/m²): arrives as direct light
-  float radius = 0;         ///< m
-  FlatBox box;              ///< around the polygon
+  std::uint32_t first_aims = 0, aims_count = 0;  ///< LocalShot::aims; a power of two
+  float reflected[3] = {};                       ///< unshot radiosity without emission (W/m²), signed
+  float emitted[3] = {};                         ///< own emission (W/m²): arrives as direct light
+  float radius = 0;                              ///< m
+  FlatBox box;                                   ///< around the polygon
 };
 
 /// One level of detail of a piece of the shooter.
@@ -29,9 +35,14 @@ struct ShotPart {
 
 /// A shot brought into a cell's local frame.
 struct LocalShot {
-  std::vector<ShotPart> parts;           ///< the whole group first, each part before those it consists of
+  std::vector<ShotPart> parts;  ///< the whole group first, each part before those it consists of
+  std::vector<Aims> aims;
   bool reflects = false, emits = false;  ///< any of it is not zero
   const FlatSource& group() const { return parts.front().source; }
+  /// Clusters aim at different places, so that together they see all of a source.
+  const Aims& aims_of(const FlatSource& source, std::uint32_t cluster) const {
+    return aims[source.first_aims + (cluster & (source.aims_count - 1))];
+  }
 };
 
 LocalShot local_shot(const Shot& shot, const Vec3& origin);

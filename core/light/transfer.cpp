@@ -231,29 +231,35 @@ class IslandTask {
 
   /// Transfer from one polygon into one cluster.
   void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Share share) {
-    const std::uint32_t sees = answers_.answer([&] { return cast(cluster, index, source); });
+    const std::uint32_t sees = answers_.answer([&] { return cast(cluster, source); });
     if (sees == 0) return;
     if (answers_.are_read()) {
-      form_factors(cluster, index, source);
+      asked_ = form_factors(cluster, source);
       for (int lane = 0; lane < 16; ++lane)
         if ((sees >> lane & 1) == 0) factors_.segments.tfar[lane] = -1.f;
       const auto lanes = static_cast<std::uint64_t>(__builtin_popcount(sees));
       work_.rays += lanes, work_.rays_saved += lanes, work_.rays_remembered += lanes;
     }
-    settle({index, item_, &source, share}, factors_);
+    settle({index, item_, &source, share, sees}, factors_);
   }
 
+  /// A number that differs between neighbours, and is the same however the scene is cut into cells.
+  static std::uint32_t number_of(const Cluster& cluster) { return cluster.element[0] / 16; }
+  /// Which of 16 places the first lane aims at. Neighbours have other sets, see LocalShot::aims_of.
+  static int turn_of(const Cluster& cluster) { return static_cast<int>(number_of(cluster) / 4 * 7 & 15); }
+
   /// @returns lanes that the shooter's front is turned to
-  std::uint32_t form_factors(const Cluster& cluster, std::uint32_t index, const FlatSource& source) {
+  std::uint32_t form_factors(const Cluster& cluster, const FlatSource& source) {
     work_.form_factors += 16;
-    return kernels_.factor16(cluster.points, cluster.lanes, source.flat, source.aim, static_cast<int>(index * 7 & 15),
-                             view_.offset, factors_);
+    return kernels_.factor16(cluster.points, cluster.lanes, source.flat,
+                             shot_.aims_of(source, number_of(cluster)).place, turn_of(cluster), view_.offset, factors_);
   }
 
   /// Finds who sees the polygon. @returns those lanes
-  std::uint32_t cast(const Cluster& cluster, std::uint32_t index, const FlatSource& source) {
-    std::uint32_t seen = form_factors(cluster, index, source);
+  std::uint32_t cast(const Cluster& cluster, const FlatSource& source) {
+    std::uint32_t seen = form_factors(cluster, source);
     if (seen != 0 && view_.incoming) seen = apply_bitmap(cluster, seen);
+    asked_ = seen;
     if (seen == 0) return 0;
     if (view_.items)
       look_up_items(cluster, seen);
@@ -269,6 +275,7 @@ class IslandTask {
     std::uint32_t cluster = 0, item = 0;
     const FlatSource* source = nullptr;
     Share share = Share::reflected;
+    std::uint32_t sees = 0;  ///< lanes
   };
 
   /// Adds what is not blocked.
@@ -276,16 +283,36 @@ class IslandTask {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
     const FlatSource& source = *arrival.source;
     ClusterLight& light = light_.clusters[arrival.cluster];
+    Rgbf reflected{0.f};
+    if (arrival.share != Share::emitted)
+      reflected = arrival.sees == asked_ || view_.items
+                      ? Rgbf{source.reflected[0], source.reflected[1], source.reflected[2]}
+                      : seen_of(arrival, factors);
     float delta[3];
     for (int c = 0; c < 3; ++c)
-      delta[c] = arrival.share == Share::reflected ? source.reflected[c]
-                 : arrival.share == Share::emitted ? source.emitted[c]
-                                                   : source.reflected[c] + source.emitted[c];
+      delta[c] = arrival.share == Share::reflected ? reflected[c] : reflected[c] + source.emitted[c];
     const float received_area = kernels_.accumulate16(factors, cluster.area, delta, light.received);
     if (received_area <= 0.f) return;
     if (arrival.share != Share::reflected) kernels_.accumulate16(factors, nullptr, source.emitted, light.direct);
     credit(cluster, factors, Rgb{delta[0], delta[1], delta[2]}, received_area);
     if (touched_items_.empty() || touched_items_.back() != arrival.item) touched_items_.push_back(arrival.item);
+  }
+
+  /// The mean unshot radiosity of what the lanes see of a source that is hidden in part (W/m²). It is not that of the whole: what
+  /// is hidden under furniture is dark, and of a slat one sees the bright side or the other.
+  Rgbf seen_of(const Arrival& arrival, const Factors16& factors) const {
+    const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
+    const Aims& aims = shot_.aims_of(*arrival.source, number_of(cluster));
+    const int turn = turn_of(cluster);
+    Rgbf sum{0.f};
+    float total_area = 0;
+    for (std::uint32_t left = arrival.sees; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      const float area = factors.factor[lane] * cluster.area[lane];
+      for (int c = 0; c < 3; ++c) sum[c] += area * aims.reflected[c][lane + turn];
+      total_area += area;
+    }
+    return total_area > 0 ? sum / total_area : sum;
   }
 
   /// Adds what arrived to the sums of the patches and of the shot (W).
@@ -333,6 +360,7 @@ class IslandTask {
   std::size_t item_patch_ = 0;
   IslandAnswers answers_;
   Factors16 factors_;
+  std::uint32_t asked_ = 0;  ///< lanes of factors_ whose shadow rays are asked
   TransferWork work_;
   std::uint32_t item_ = 0;                    ///< the one under way
   std::vector<std::uint32_t> touched_items_;  ///< items that something arrived at
