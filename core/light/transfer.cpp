@@ -283,36 +283,66 @@ class IslandTask {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
     const FlatSource& source = *arrival.source;
     ClusterLight& light = light_.clusters[arrival.cluster];
-    Rgbf reflected{0.f};
-    if (arrival.share != Share::emitted)
-      reflected = arrival.sees == asked_ || view_.items
-                      ? Rgbf{source.reflected[0], source.reflected[1], source.reflected[2]}
-                      : seen_of(arrival, factors);
+    const Sent sent = arrival.sees == asked_ || view_.items ? sent_by(source) : seen_of(arrival, factors);
     float delta[3];
     for (int c = 0; c < 3; ++c)
-      delta[c] = arrival.share == Share::reflected ? reflected[c] : reflected[c] + source.emitted[c];
+      delta[c] = (arrival.share == Share::emitted ? 0.f : sent.reflected[c]) +
+                 (arrival.share == Share::reflected ? 0.f : sent.emitted[c]);
     const float received_area = kernels_.accumulate16(factors, cluster.area, delta, light.received);
     if (received_area <= 0.f) return;
-    if (arrival.share != Share::reflected) kernels_.accumulate16(factors, nullptr, source.emitted, light.direct);
+    if (arrival.share != Share::reflected) kernels_.accumulate16(factors, nullptr, sent.emitted, light.direct);
     credit(cluster, factors, Rgb{delta[0], delta[1], delta[2]}, received_area);
     if (touched_items_.empty() || touched_items_.back() != arrival.item) touched_items_.push_back(arrival.item);
   }
 
-  /// The mean unshot radiosity of what the lanes see of a source that is hidden in part (W/m²). It is not that of the whole: what
-  /// is hidden under furniture is dark, and of a slat one sees the bright side or the other.
-  Rgbf seen_of(const Arrival& arrival, const Factors16& factors) const {
+  /// Unshot radiosity (W/m²).
+  struct Sent {
+    float reflected[3] = {}, emitted[3] = {};
+  };
+  static Sent sent_by(const FlatSource& source) {
+    Sent sent;
+    std::copy_n(source.reflected, 3, sent.reflected), std::copy_n(source.emitted, 3, sent.emitted);
+    return sent;
+  }
+
+  /// What a source that is hidden in part sends to the lanes that see it, for each of their form factors. Not its mean: what is
+  /// hidden under furniture is dark, of a slat one sees the bright side or the other; and near parts are rarely hidden, and
+  /// send more than far ones. So each lane stands for the place it aims at, and weighs as much as that place would send it:
+  ///
+  ///     B = Σ_seen k_i A_i B_i / Σ k_i A_i · Σ F_i A_i / Σ_seen F_i A_i,    k = cosθ cosθ' / r²
+  Sent seen_of(const Arrival& arrival, const Factors16& factors) const {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
-    const Aims& aims = shot_.aims_of(*arrival.source, number_of(cluster));
+    const FlatSource& source = *arrival.source;
+    const Aims& aims = shot_.aims_of(source, number_of(cluster));
     const int turn = turn_of(cluster);
-    Rgbf sum{0.f};
-    float total_area = 0;
-    for (std::uint32_t left = arrival.sees; left != 0; left &= left - 1) {
+    float all = 0, all_seen = 0, weights = 0, weights_seen = 0;
+    float reflected[3] = {};
+    for (std::uint32_t left = asked_; left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(left);
       const float area = factors.factor[lane] * cluster.area[lane];
-      for (int c = 0; c < 3; ++c) sum[c] += area * aims.reflected[c][lane + turn];
-      total_area += area;
+      // Bitmaps weaken factors by what is hidden of the whole source.
+      const float weight = view_.incoming ? area : exchange(cluster, source.flat, lane) * cluster.area[lane];
+      all += area, weights += weight;
+      if ((arrival.sees >> lane & 1) == 0) continue;
+      all_seen += area, weights_seen += weight;
+      for (int c = 0; c < 3; ++c) reflected[c] += weight * aims.reflected[c][lane + turn];
     }
-    return total_area > 0 ? sum / total_area : sum;
+    Sent sent;
+    if (!(weights > 0) || !(all_seen > 0)) return sent;
+    const float scale = all / (weights * all_seen);
+    for (int c = 0; c < 3; ++c)
+      sent.reflected[c] = scale * reflected[c], sent.emitted[c] = scale * weights_seen * source.emitted[c];
+    return sent;
+  }
+
+  /// cosθ cosθ' / r² of a lane and the place it aims at (1/m²).
+  float exchange(const Cluster& cluster, const FlatShooter& f, int lane) const {
+    const Segments16& s = factors_.segments;
+    const Receivers16& r = cluster.points;
+    const float x = s.dx[lane], y = s.dy[lane], z = s.dz[lane], square = x * x + y * y + z * z;
+    const float height = x * r.nx[lane] + y * r.ny[lane] + z * r.nz[lane];
+    const float height_there = -(x * f.nx + y * f.ny + z * f.nz);
+    return height > 0 && height_there > 0 ? height * height_there / (square * square) : 0.f;
   }
 
   /// Adds what arrived to the sums of the patches and of the shot (W).
