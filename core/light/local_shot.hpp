@@ -8,10 +8,11 @@
 
 namespace lichthof {
 
-/// 16 places of a source that shadow rays aim at, and what is sent there.
+/// 16 places of a source that shadow rays aim at, and what leaves them. Written twice, as the places are.
 struct Aims {
   Aim16 place;
-  float reflected[3][32];  ///< as FlatSource::reflected, written twice as the places are
+  float weight[32];        ///< of a place in means over all of the source: the rarer its like are aimed at, the more
+  float reflected[3][32];  ///< as FlatSource::reflected
 };
 
 /// A polygon that shoots one value, in the cell's local frame.

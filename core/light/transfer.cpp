@@ -307,9 +307,9 @@ class IslandTask {
 
   /// What a source that is hidden in part sends to the lanes that see it, for each of their form factors. Not its mean: what is
   /// hidden under furniture is dark, of a slat one sees the bright side or the other; and near parts are rarely hidden, and
-  /// send more than far ones. So each lane stands for the place it aims at, and weighs as much as that place would send it:
+  /// send more than far ones. So each lane stands for the place it aims at, and weighs as much as its like would send it:
   ///
-  ///     B = Σ_seen k_i A_i B_i / Σ k_i A_i · Σ F_i A_i / Σ_seen F_i A_i,    k = cosθ cosθ' / r²
+  ///     B = Σ_seen w_i k_i A_i B_i / Σ w_i k_i A_i · Σ F_i A_i / Σ_seen F_i A_i,    k = cosθ cosθ' / r²
   Sent seen_of(const Arrival& arrival, const Factors16& factors) const {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
     const FlatSource& source = *arrival.source;
@@ -321,7 +321,8 @@ class IslandTask {
       const int lane = __builtin_ctz(left);
       const float area = factors.factor[lane] * cluster.area[lane];
       // Bitmaps weaken factors by what is hidden of the whole source.
-      const float weight = view_.incoming ? area : exchange(cluster, source.flat, lane) * cluster.area[lane];
+      const float weight = aims.weight[lane + turn] *
+                           (view_.incoming ? area : exchange(cluster, source.flat, lane) * cluster.area[lane]);
       all += area, weights += weight;
       if ((arrival.sees >> lane & 1) == 0) continue;
       all_seen += area, weights_seen += weight;
