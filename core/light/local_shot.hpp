@@ -19,6 +19,7 @@ struct Aims {
 struct FlatSource {
   FlatShooter flat;
   std::uint32_t first_aims = 0, aims_count = 0;  ///< LocalShot::aims; a power of two
+  bool is_element = false;                       ///< all aims are its middle
   float reflected[3] = {};                       ///< unshot radiosity without emission (W/m²), signed
   float emitted[3] = {};                         ///< own emission (W/m²): arrives as direct light
   float radius = 0;                              ///< m
@@ -36,8 +37,8 @@ struct ShotPart {
 
 /// A shot brought into a cell's local frame.
 struct LocalShot {
-  std::vector<ShotPart> parts;  ///< the whole group first, each part before those it consists of
-  std::vector<Aims> aims;
+  std::vector<ShotPart> parts;           ///< the whole group first, each part before those it consists of
+  std::vector<Aims> aims;                ///< of all parts
   bool reflects = false, emits = false;  ///< any of it is not zero
   const FlatSource& group() const { return parts.front().source; }
   /// Clusters aim at different places, so that together they see all of a source.

@@ -283,7 +283,8 @@ class IslandTask {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
     const FlatSource& source = *arrival.source;
     ClusterLight& light = light_.clusters[arrival.cluster];
-    const Sent sent = arrival.sees == asked_ || view_.items ? sent_by(source) : seen_of(arrival, factors);
+    const Sent sent =
+        arrival.sees == asked_ || source.is_element || view_.items ? sent_by(source) : seen_of(arrival, factors);
     float delta[3];
     for (int c = 0; c < 3; ++c)
       delta[c] = (arrival.share == Share::emitted ? 0.f : sent.reflected[c]) +
@@ -330,7 +331,7 @@ class IslandTask {
     }
     Sent sent;
     if (!(weights > 0) || !(all_seen > 0)) return sent;
-    const float scale = all / (weights * all_seen);
+    const float scale = all / all_seen / weights;
     for (int c = 0; c < 3; ++c)
       sent.reflected[c] = scale * reflected[c], sent.emitted[c] = scale * weights_seen * source.emitted[c];
     return sent;
@@ -343,7 +344,7 @@ class IslandTask {
     const float x = s.dx[lane], y = s.dy[lane], z = s.dz[lane], square = x * x + y * y + z * z;
     const float height = x * r.nx[lane] + y * r.ny[lane] + z * r.nz[lane];
     const float height_there = -(x * f.nx + y * f.ny + z * f.nz);
-    return height > 0 && height_there > 0 ? height * height_there / (square * square) : 0.f;
+    return height > 0 && height_there > 0 ? height / square * (height_there / square) : 0.f;
   }
 
   /// Adds what arrived to the sums of the patches and of the shot (W).
