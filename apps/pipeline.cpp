@@ -85,11 +85,13 @@ double unshot_share(const Solution& solution) {
 }
 
 /// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
-double sampling_error(const std::vector<PointLight>& one, const std::vector<PointLight>& other) {
+double sampling_error(const std::vector<CheckPoint>& points, const std::vector<PointLight>& one,
+                      const std::vector<PointLight>& other) {
   double squares = 0, all = 0;
   for (std::size_t i = 0; i < one.size(); ++i) {
     const Rgb difference = one[i].indirect - other[i].indirect, total = one[i].total();
-    squares += 0.5 * glm::dot(difference, difference), all += glm::dot(total, total);
+    squares += 0.5 * points[i].weight * glm::dot(difference, difference),
+        all += points[i].weight * glm::dot(total, total);
   }
   return all > 0 ? std::sqrt(squares / all) : 0;
 }
@@ -347,14 +349,14 @@ std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const Erro
 Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wanted, std::uint64_t seed) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  const std::vector<SurfacePoint> points = random_surface_points(*scene, count, seed);
+  const std::vector<CheckPoint> points = random_surface_points(*scene, count, seed);
   std::vector<SensorPoint> sensors;
-  for (const SurfacePoint& point : points) sensors.push_back({point.point, point.normal});
+  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
   std::vector<PointLight> light = sensor_light(scene, sensors, probe_options(knobs), *parallel_, record_.traced_rays);
   if (knobs.direct_is_solved())
     for (std::size_t i = 0; i < points.size(); ++i) {
-      light[i].indirect = scene->indirect_irradiance(points[i]);
-      light[i].direct = scene->total_irradiance(points[i]) - light[i].indirect;
+      light[i].indirect = scene->indirect_irradiance(points[i].at);
+      light[i].direct = scene->total_irradiance(points[i].at) - light[i].indirect;
     }
   ErrorCheckOptions options;
   options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
@@ -362,7 +364,8 @@ Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wan
   if (knobs.is_gathered()) {
     ProbeOptions again = probe_options(knobs);
     again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;
-    checked.sampling = sampling_error(light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
+    checked.sampling =
+        sampling_error(points, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
   }
   record_.traced_rays += checked.estimate.rays;
   record_.seconds.check += watch.seconds();

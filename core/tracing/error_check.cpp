@@ -209,32 +209,39 @@ Square square_of(const Rgb& sum, const Rgb& squares, double n, const Rgb& given)
   return {glm::dot(given - mean, given - mean), sum_channels(variance)};
 }
 
-ErrorEstimate estimate(std::span<const Sums> sums, std::span<const PointLight> given, std::uint32_t batches) {
+ErrorEstimate estimate(std::span<const CheckPoint> points, std::span<const Sums> sums,
+                       std::span<const PointLight> given, std::uint32_t batches) {
   const double n = batches, count = static_cast<double>(sums.size());
-  double exact = 0, visibility = 0, indirect = 0, solution = 0, noise = 0, mean_given = 0, mean_exact = 0;
-  std::vector<double> squares;
+  double error = 0, exact = 0, visibility = 0, indirect = 0, solution = 0, noise = 0, mean_given = 0, mean_exact = 0;
+  std::vector<double> errors, exacts;  // of each point
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const Truth& t = sums[i].first;
+    const double weight = points[i].weight;
     const Rgb total = t.direct + t.read + t.correction, said = given[i].direct + given[i].indirect;
     const Square all = square_of(total, sums[i].total_squares, n, said);
-    squares.push_back(all.without_noise());
-    noise += all.noise;
-    exact += glm::dot(total / n, total / n) - all.noise;
-    visibility += square_of(t.direct, sums[i].direct_squares, n, given[i].direct).without_noise();
-    indirect += square_of(t.read + t.correction, sums[i].indirect_squares, n, given[i].indirect).without_noise();
-    solution += square_of(t.correction, sums[i].correction_squares, n, Rgb{0.0}).without_noise();
-    mean_given += sum_channels(said), mean_exact += sum_channels(total / n);
+    errors.push_back(weight * all.without_noise());
+    exacts.push_back(weight * (glm::dot(total / n, total / n) - all.noise));
+    error += errors.back(), exact += exacts.back(), noise += weight * all.noise;
+    visibility += weight * square_of(t.direct, sums[i].direct_squares, n, given[i].direct).without_noise();
+    indirect +=
+        weight * square_of(t.read + t.correction, sums[i].indirect_squares, n, given[i].indirect).without_noise();
+    solution += weight * square_of(t.correction, sums[i].correction_squares, n, Rgb{0.0}).without_noise();
+    mean_given += weight * sum_channels(said), mean_exact += weight * sum_channels(total / n);
   }
   ErrorEstimate result;
   result.points = static_cast<std::uint32_t>(sums.size()), result.batches = batches;
   if (!(exact > 0)) return result;
-  double mean = 0, spread = 0;
-  for (const double square : squares) mean += square / count;
-  for (const double square : squares) spread += (square - mean) * (square - mean) / (count * (count - 1));
-  const double half_width = 1.96 * std::sqrt(spread), whole = exact / count;
-  const auto root = [](double square) { return std::sqrt(std::max(square, 0.0)); };
-  result.error = root(mean / whole);
-  result.low = root((mean - half_width) / whole), result.high = root((mean + half_width) / whole);
+  // Of a ratio of two means over the same points.
+  const double square = error / exact;
+  double spread = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double stray = (errors[i] - square * exacts[i]) / (exact / count);
+    spread += stray * stray / (count * (count - 1));
+  }
+  const double half_width = 1.96 * std::sqrt(spread);
+  const auto root = [](double of) { return std::sqrt(std::max(of, 0.0)); };
+  result.error = root(square);
+  result.low = root(square - half_width), result.high = root(square + half_width);
   result.bias = mean_exact > 0 ? mean_given / mean_exact - 1 : 0;
   result.visibility = root(visibility / exact), result.indirect = root(indirect / exact);
   result.solution = root(solution / exact), result.noise = root(noise / exact);
@@ -243,42 +250,48 @@ ErrorEstimate estimate(std::span<const Sums> sums, std::span<const PointLight> g
 
 }  // namespace
 
-std::vector<SurfacePoint> random_surface_points(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
+std::vector<CheckPoint> random_surface_points(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
   MUST(scene.has_solution());
   const Scene& input = scene.trace().scene();
   const Mesh& mesh = scene.mesh();
-  struct Side {
-    std::uint32_t surface;
-    bool back;
-    double up_to;  ///< area of all sides so far (m²)
+  struct Piece {
+    std::uint32_t patch;
+    double area, power;  ///< m²; W that arrives
   };
-  std::vector<Side> sides;
-  double area = 0;
-  for (std::uint32_t s = 0; s < input.surfaces.size(); ++s) {
-    if (input.material_of(input.surfaces[s]).finish == Finish::glass) continue;
-    const LitSides lit = mesh.lit_sides.empty() ? LitSides{} : mesh.lit_sides[s];
-    if (lit.front) sides.push_back({s, false, area += input.surfaces[s].area});
-    if (lit.back) sides.push_back({s, true, area += input.surfaces[s].area});
+  std::vector<Piece> pieces;
+  double area = 0, power = 0;
+  for (std::uint32_t p = 0; p < mesh.patches.size(); ++p) {
+    const Patch& patch = mesh.patches[p];
+    if (!mesh.group_is_lit[patch.group.value]) continue;
+    if (input.material_of(input.surfaces[patch.surface.value]).finish == Finish::glass) continue;
+    const Rgb arriving = scene.total_irradiance({patch.surface.value, patch.back, patch.centre, {}});
+    pieces.push_back({p, patch.area, patch.area * sum_channels(arriving)});
+    area += patch.area, power += pieces.back().power;
   }
-  std::vector<SurfacePoint> points;
+  const auto share = [&](const Piece& piece) {
+    return power > 0 ? 0.5 * (piece.area / area + piece.power / power) : piece.area / area;
+  };
+  std::vector<CheckPoint> points;
   Random random(seed, 17);
   const double turn = random.unit();
-  for (std::uint32_t i = 0; i < count && !sides.empty(); ++i) {
-    const double pick = area * (i + turn) / count;
-    const auto side = std::min<std::size_t>(
-        static_cast<std::size_t>(std::lower_bound(sides.begin(), sides.end(), pick,
-                                                  [](const Side& a, double value) { return a.up_to < value; }) -
-                                 sides.begin()),
-        sides.size() - 1);
-    const Surface& surface = input.surfaces[sides[side].surface];
-    const Vec3 place = random_place(surface.corners, surface.area, random);
-    points.push_back(
-        {sides[side].surface, sides[side].back, place, sides[side].back ? -surface.normal : surface.normal});
+  std::size_t next = 0;
+  double up_to = pieces.empty() ? 0 : share(pieces[0]);
+  for (std::uint32_t i = 0; i < count && !pieces.empty(); ++i) {
+    while (up_to < (i + turn) / count && next + 1 < pieces.size()) up_to += share(pieces[++next]);
+    const Piece& piece = pieces[next];
+    const Patch& patch = mesh.patches[piece.patch];
+    const Surface& surface = input.surfaces[patch.surface.value];
+    const Plane& plane = mesh.planes[patch.plane.value];
+    Polygon corners;
+    for (const Vec2& corner : mesh.polygon(patch.polygon)) corners.push_back(plane.point(corner));
+    points.push_back({{patch.surface.value, patch.back, random_place(corners, patch.area, random),
+                       patch.back ? -surface.normal : surface.normal},
+                      piece.area / area / share(piece)});
   }
   return points;
 }
 
-ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::span<const SurfacePoint> points,
+ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::span<const CheckPoint> points,
                           std::span<const PointLight> given, const ErrorCheckOptions& options,
                           const Parallel& parallel) {
   MUST(points.size() == given.size() && scene->has_solution() && options.most_batches >= 2);
@@ -297,11 +310,11 @@ ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, std::spa
         for (std::uint32_t batch = batches; batch < batches + more; ++batch) {
           const std::uint64_t seed = mix64(mix64(options.seed + i) + batch);
           Random random(seed, 19);
-          sums[i].add(walks.at(points[i], random, rays[task]));
+          sums[i].add(walks.at(points[i].at, random, rays[task]));
         }
     });
     batches += more;
-    result = estimate(sums, given, batches);
+    result = estimate(points, sums, given, batches);
     // With as much noise as error the estimate spreads by sqrt(2/points) of itself; less noise is for what has to be decided.
     const bool is_decided = result.high <= options.wanted || result.low >= options.wanted;
     const double aim = std::max(result.error, options.least);

@@ -28,15 +28,15 @@ struct CheckedRoom {
 };
 
 /// Inside: without lit sides known, the backs of a box count as well.
-std::vector<SurfacePoint> points_inside(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
-  std::vector<SurfacePoint> points = random_surface_points(scene, 2 * count, seed);
-  std::erase_if(points, [](const SurfacePoint& at) { return at.back; });
+std::vector<CheckPoint> points_inside(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
+  std::vector<CheckPoint> points = random_surface_points(scene, 2 * count, seed);
+  std::erase_if(points, [](const CheckPoint& point) { return point.at.back; });
   return points;
 }
 
-std::vector<PointLight> read(const CheckedRoom& room, const std::vector<SurfacePoint>& points) {
+std::vector<PointLight> read(const CheckedRoom& room, const std::vector<CheckPoint>& points) {
   std::vector<SensorPoint> sensors;
-  for (const SurfacePoint& at : points) sensors.push_back({at.point, at.normal});
+  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
   ProbeOptions options;
   options.indirect = IndirectMethod::interpolate;
   std::uint64_t rays = 0;
@@ -44,16 +44,17 @@ std::vector<PointLight> read(const CheckedRoom& room, const std::vector<SurfaceP
 }
 
 /// The relative RMS error by path tracing, its own noise taken out.
-double error_by_paths(const CheckedRoom& room, const std::vector<SurfacePoint>& points,
+double error_by_paths(const CheckedRoom& room, const std::vector<CheckPoint>& points,
                       const std::vector<PointLight>& given, std::uint32_t paths) {
   std::vector<SensorPoint> sensors;
-  for (const SurfacePoint& at : points) sensors.push_back({at.point, at.normal});
+  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
   std::uint64_t rays = 0;
   const auto truth = reference_irradiance(PathTracer(room.scene), sensors, paths, Parallel(2), rays);
   double squares = 0, whole = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const Rgb e = given[i].total() - truth[i].mean, se = truth[i].standard_error;
-    squares += glm::dot(e, e) - glm::dot(se, se), whole += glm::dot(truth[i].mean, truth[i].mean) - glm::dot(se, se);
+    squares += points[i].weight * (glm::dot(e, e) - glm::dot(se, se));
+    whole += points[i].weight * (glm::dot(truth[i].mean, truth[i].mean) - glm::dot(se, se));
   }
   return std::sqrt(std::max(squares, 0.0) / whole);
 }
@@ -63,7 +64,7 @@ double error_by_paths(const CheckedRoom& room, const std::vector<SurfacePoint>& 
 TEST_CASE("error_check: what is right is found right, and an error that is put in is found") {
   const Furnace furnace(1, 0.8);
   const auto scene = std::make_shared<LitScene>(furnace.solution());
-  const std::vector<SurfacePoint> points = points_inside(*scene, 64, 3);
+  const std::vector<CheckPoint> points = points_inside(*scene, 64, 3);
   const auto checked = [&](double factor) {
     const Rgb direct{furnace.direct()}, indirect{factor * furnace.total() - furnace.direct()};
     return check_error(scene, points, std::vector<PointLight>(points.size(), {direct, indirect}), {}, Parallel(2));
@@ -80,7 +81,7 @@ TEST_CASE("error_check: an error of the solution is found although all that is r
   const Furnace furnace(1, 0.8);
   const auto scene =
       std::make_shared<LitScene>(uniform_solution(furnace.scene, 0.1, 1.05 * furnace.total(), furnace.direct()));
-  const std::vector<SurfacePoint> points = points_inside(*scene, 64, 4);
+  const std::vector<CheckPoint> points = points_inside(*scene, 64, 4);
   const Rgb direct{furnace.direct()}, seen{1.05 * 0.8 * furnace.total()};
   ErrorCheckOptions options;
   options.walks = 8;
@@ -94,7 +95,7 @@ TEST_CASE("error_check: an error of the solution is found although all that is r
 TEST_CASE("error_check: says what path tracing says, of interpolated light in a furnished room") {
   for (const Finish finish : {Finish::diffuse, Finish::mirror, Finish::glossy, Finish::glass}) {
     const CheckedRoom room(finish);
-    const std::vector<SurfacePoint> points = random_surface_points(*room.scene, 200, 5);
+    const std::vector<CheckPoint> points = random_surface_points(*room.scene, 200, 5);
     const std::vector<PointLight> given = read(room, points);
     const ErrorEstimate found = check_error(room.scene, points, given, {}, Parallel(2));
     // The same points: what differs is the noise of both, 0.6 of the error at most here, so a tenth of it in the mean.
@@ -109,7 +110,7 @@ TEST_CASE("error_check: says what path tracing says, of interpolated light in a 
 
 TEST_CASE("error_check: the answer does not depend on the threads") {
   const CheckedRoom room;
-  const std::vector<SurfacePoint> points = random_surface_points(*room.scene, 50, 6);
+  const std::vector<CheckPoint> points = random_surface_points(*room.scene, 50, 6);
   const std::vector<PointLight> given = read(room, points);
   const ErrorEstimate one = check_error(room.scene, points, given, {}, Parallel(1)),
                       two = check_error(room.scene, points, given, {}, Parallel(2));
@@ -117,23 +118,34 @@ TEST_CASE("error_check: the answer does not depend on the threads") {
   CHECK(one.rays == two.rays);
 }
 
-TEST_CASE("error_check: points lie on lit sides, as many as their area") {
+TEST_CASE("error_check: points lie on lit sides, weigh as much as their area, and are most where the light is") {
   const CheckedRoom room;
-  const std::vector<SurfacePoint> points = random_surface_points(*room.scene, 4000, 7);
+  constexpr double wanted = 4000;
+  const std::vector<CheckPoint> points = random_surface_points(*room.scene, 4000, 7);
+  REQUIRE(points.size() == 4000);
   const Scene& scene = room.scene->trace().scene();
-  double lit_m2 = 0;
+  double lit_m2 = 0, irradiance = 0;
   for (std::size_t s = 0; s < scene.surfaces.size(); ++s)
     lit_m2 += scene.surfaces[s].area *
               (int{room.scene->mesh().lit_sides[s].front} + int{room.scene->mesh().lit_sides[s].back});
-  std::vector<std::size_t> count(scene.surfaces.size(), 0);
-  for (const SurfacePoint& at : points) {
-    ++count[at.surface];
-    CHECK(room.scene->has_elements(at));
+  std::vector<double> weight(scene.surfaces.size(), 0.0);
+  for (const CheckPoint& point : points) {
+    weight[point.at.surface] += point.weight;
+    CHECK(room.scene->has_elements(point.at));
+    CHECK(point.weight > 0);
+    CHECK(point.weight <= 2);
+    irradiance += point.weight * sum_channels(room.scene->total_irradiance(point.at)) / wanted;
   }
-  // Stratified along the list of sides: each has its share to one point.
+  // Stratified along the list of patches: a run of them has its share to one point, of a weight of 2 at most.
   for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
     const LitSides lit = room.scene->mesh().lit_sides[s];
-    const double expected = 4000 * scene.surfaces[s].area * (int{lit.front} + int{lit.back}) / lit_m2;
-    CHECK(std::abs(static_cast<double>(count[s]) - expected) <= 2);
+    const double expected = wanted * scene.surfaces[s].area * (int{lit.front} + int{lit.back}) / lit_m2;
+    CHECK(weight[s] == doctest::Approx(expected).epsilon(0.02));
+  }
+  // Of a density with half its points where the light is, the weight is 1 where the light is the mean.
+  for (const CheckPoint& point : points) {
+    const double there = sum_channels(room.scene->total_irradiance(point.at));
+    if (there > 3 * irradiance) CHECK(point.weight < 1);
+    if (there < irradiance / 3) CHECK(point.weight > 1);
   }
 }
