@@ -40,7 +40,7 @@ std::vector<PointLight> sensor_light(std::shared_ptr<const LitScene> scene, std:
       const std::uint64_t seed = seed_of(point, normal);
       DirectOptions direct = options.direct;
       for (std::uint32_t round = 0; round < options.direct_rounds; ++round) {
-        if (options.direct_rounds > 1) direct.seed = mix64(seed + round);
+        direct.seed = mix64(seed + round);
         light[i].direct += scene->direct().irradiance(point, normal, direct, rays_of_task[task]);
       }
       light[i].direct /= static_cast<double>(options.direct_rounds);

@@ -31,7 +31,8 @@ struct ProbeOptions {
   std::uint32_t gather_rays = 192;
   std::uint64_t seed = 0;  ///< another one: other rays of the gather
   DirectOptions direct;
-  /// More than one: the mean of so many samplings of the luminaires, each with seeds of its own.
+  /// Samplings of the luminaires whose mean counts. Each has a seed that follows from the point: places that all points would
+  /// aim at alike fall into step with slats and railings.
   std::uint32_t direct_rounds = 1;
 };
 
