@@ -16,7 +16,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 5, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 6, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.

@@ -148,7 +148,7 @@ struct Dismissed {
 using ClusterMessage = std::variant<Registration, Welcome, NodeReport, HostShare, Hosted, HostFailed, ReleaseShare,
                                     RunMessage, CollectCells, CellImage, WantBlob, BlobPart, Dismissed, Leaving>;
 
-constexpr std::uint8_t cluster_wire_version = 3;
+constexpr std::uint8_t cluster_wire_version = 4;
 constexpr std::size_t blob_part_bytes = 1u << 20;
 
 std::vector<std::uint8_t> encode(const ClusterMessage& message);

@@ -198,7 +198,9 @@ class Cutter {
 
   Cutter(const Scene& scene, Mesh& mesh, const Box& box)
       : scene_(scene), mesh_(mesh), tolerance_(1e-7 * std::max({box.size().x, box.size().y, box.size().z})),
-        planes_(std::max({box.size().x, box.size().y, box.size().z}), box.centre()) {}
+        planes_(std::max({box.size().x, box.size().y, box.size().z}), box.centre()) {
+    for (const Surface& surface : scene.surfaces) emitted_ += emitted_by(surface);
+  }
 
   void cut_side(std::uint32_t surface_index, bool back, bool lit) {
     const Surface& surface = scene_.surfaces[surface_index];
@@ -318,7 +320,7 @@ class Cutter {
     patch.lo = Vec2{1e300}, patch.hi = Vec2{-1e300};
     for (const Vec2& c : mesh_.polygon(patch.polygon))
       patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
-    choose_grid(patch);
+    choose_grid(patch, place_size(surface, patch.back));
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
     add_elements(patch);
     if (mesh_.elements.size() == patch.first_element) return;
@@ -335,10 +337,25 @@ class Cutter {
     mesh_.patches.push_back(patch);
   }
 
+  /// Power times 1/π, channels summed (W/sr).
+  double emitted_by(const Surface& surface) const {
+    return surface.area * sum_channels(scene_.material_of(surface).radiance);
+  }
+
+  /// Of a place that shoots (m). The edges of a luminaire's shadows have as many steps as it has places: all luminaires together
+  /// have some 256, by their power, however coarse the mesh is.
+  double place_size(const Surface& surface, bool back) const {
+    const double usual = mesh_.options.element_size * base_fineness(mesh_.options);
+    const double emitted = back ? 0.0 : emitted_by(surface);
+    if (!(emitted > 0)) return usual;
+    constexpr double places_of_all = 256;
+    return std::min(usual, std::sqrt(surface.area / std::max(1.0, places_of_all * emitted / emitted_)));
+  }
+
   /// As many elements as the size asks for, at most 16 (one vector, one packet of rays), as square as that allows.
-  void choose_grid(Patch& patch) const {
+  /// @param element  m
+  void choose_grid(Patch& patch, double element) const {
     const Vec2 size = patch.hi - patch.lo;
-    const double element = mesh_.options.element_size * base_fineness(mesh_.options);  // of a place that shoots
     const auto wanted = [&](double length) {
       return static_cast<int>(std::clamp(std::ceil(length / element - 0.25), 1.0, 16.0));
     };
@@ -414,6 +431,7 @@ class Cutter {
 
   const Scene& scene_;
   Mesh& mesh_;
+  double emitted_ = 0;  ///< by all, as emitted_by()
   double tolerance_;
   PlaneTable planes_;
 };

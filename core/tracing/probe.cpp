@@ -1,7 +1,7 @@
 #include "core/tracing/probe.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <cmath>
 
 #include "core/base/random.hpp"
 
@@ -12,18 +12,41 @@ namespace {
 constexpr double on_surface = 1e-5;
 constexpr std::size_t points_per_task = 16;
 
-/// The same place gives the same rays, in whatever row of the list it stands.
-std::uint64_t seed_of(const Vec3& point, const Vec3& normal) {
-  std::uint64_t seed = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    seed = mix64(seed ^ std::bit_cast<std::uint64_t>(point[axis])) + std::bit_cast<std::uint64_t>(normal[axis]);
-  return seed;
-}
+/// Seeds of places. The same place has the same one, in whatever row of the list it stands, and in whatever unit and place the
+/// scene is given: rounded to 2^-16 of the scene, it is left alone by the rounding of coordinates.
+class PlaceSeeds {
+ public:
+  explicit PlaceSeeds(const Scene& scene) {
+    const Box box = bounds(scene);
+    lo_ = box.lo;
+    const double extent = std::max({box.size().x, box.size().y, box.size().z});
+    per_metre_ = extent > 0 ? steps / extent : 0;
+  }
+  std::uint64_t of(const Vec3& point, const Vec3& normal) const {
+    std::uint64_t seed = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      seed = mix64(seed ^ rounded((point[axis] - lo_[axis]) * per_metre_));
+      seed = mix64(seed ^ rounded(normal[axis] * steps));
+    }
+    return seed;
+  }
+
+ private:
+  static constexpr double steps = 65536;
+  /// Points in free air may be anywhere.
+  static std::uint64_t rounded(double value) {
+    return static_cast<std::uint64_t>(std::llround(std::clamp(value, -1e15, 1e15)));
+  }
+  Vec3 lo_{0.0};
+  double per_metre_ = 0;
+};
+
 }  // namespace
 
 std::vector<PointLight> sensor_light(std::shared_ptr<const LitScene> scene, std::span<const SensorPoint> points,
                                      const ProbeOptions& options, const Parallel& parallel, std::uint64_t& rays) {
   const FinalGather gather(scene, options.gather_rays);
+  const PlaceSeeds seeds(scene->trace().scene());
   const std::size_t tasks = (points.size() + points_per_task - 1) / points_per_task;
   std::vector<PointLight> light(points.size());
   std::vector<std::uint64_t> rays_of_task(tasks, 0);
@@ -37,7 +60,7 @@ std::vector<PointLight> sensor_light(std::shared_ptr<const LitScene> scene, std:
       const auto at =
           trace.surface_below(points[i].point, normal, std::max(on_surface * trace.size(), 4 * trace.offset()));
       const Vec3 point = at ? at->point : points[i].point;
-      const std::uint64_t seed = seed_of(point, normal);
+      const std::uint64_t seed = seeds.of(point, normal);
       DirectOptions direct = options.direct;
       for (std::uint32_t round = 0; round < options.direct_rounds; ++round) {
         direct.seed = mix64(seed + round);
