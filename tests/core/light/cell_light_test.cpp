@@ -274,6 +274,33 @@ TEST_SUITE("cell_light") {
     CHECK(expected_light(twice).everywhere.x == doctest::Approx(everywhere));
   }
 
+  TEST_CASE("cell_light: who sees the dark half of a group gets the light of the dark half") {
+    // A lamp over one half of a floor, a black wall between the halves, and a receiver on the dark side that sees the floor as one.
+    auto scene = std::make_shared<Scene>();
+    const std::uint32_t white = test::add_material(*scene, test::diffuse(0.8)),
+                        black = test::add_material(*scene, test::diffuse(0.0)),
+                        lamp = test::add_material(*scene, test::luminous(1));
+    test::add_rectangle(*scene, {0, 0, 0}, {2, 0, 0}, {0, 2, 0}, white);
+    test::add_rectangle(*scene, {1, 0, 0}, {0.3, 0, 3}, {0, 2, 0}, black);  // leaning, so that no grid line divides the floor
+    test::add_rectangle(*scene, {0, 0, 2.5}, {0, 2, 0}, {1, 0, 0}, lamp);
+    test::add_rectangle(*scene, {8, 0, 0}, {0, 0, 4}, {0, 2, 0}, black);
+    test::OneCell cell(scene, test::mesh_with(*scene, 2.0, false));
+    cell.solve(1e-4);
+    const Solution solution = cell.solution();
+    const auto arriving_w = [&](std::uint32_t surface) {
+      double sum = 0;
+      for (const Patch& patch : solution.mesh->patches)
+        for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
+          if (patch.surface.value == surface) sum += solution.mesh->elements[e].area * solution.total(e).x;
+      return sum;
+    };
+    std::uint32_t groups = 0;
+    for (const Group& group : solution.mesh->groups) groups += group.surface.value == 0 && !group.back;
+    REQUIRE(groups == 1);
+    CHECK(arriving_w(0) > 0.5);
+    CHECK(std::abs(arriving_w(3)) < 1e-4 * arriving_w(0));  // .004 of it as a product of means
+  }
+
   TEST_CASE("cell_light: a luminous ceiling of many elements costs each receiver no more rays, and gives the same light") {
     auto scene = std::make_shared<Scene>();
     const std::uint32_t grey = test::add_material(*scene, test::diffuse(0.3));

@@ -267,6 +267,23 @@ TEST_SUITE("mesh") {
     }
   }
 
+  TEST_CASE("mesh: luminaires have places by their power, however coarse the mesh is") {
+    Scene scene;
+    const std::uint32_t wall = test::add_material(scene, test::diffuse(0.5));
+    const std::uint32_t lamp = test::add_material(scene, test::luminous(2));
+    const std::uint32_t dim = test::add_material(scene, test::luminous(0.001));
+    test::add_rectangle(scene, {0, 0, 0}, {8, 0, 0}, {0, 8, 0}, wall);
+    test::add_rectangle(scene, {2, 2, 1}, {0, 0.4, 0}, {0.4, 0, 0}, lamp);
+    test::add_rectangle(scene, {5, 2, 1}, {0, 0.4, 0}, {0.4, 0, 0}, dim);
+    const Mesh mesh = mesh_with(scene, 4.0);
+    std::array<std::uint32_t, 3> places{};
+    for (const Patch& patch : mesh.patches)
+      if (!patch.back) places[patch.surface.value] += shooting_columns(patch) * shooting_rows(patch);
+    CHECK(places[0] == 64);
+    CHECK(places[1] == 16);  // as many as a patch may have
+    CHECK(places[2] == 1);
+  }
+
   TEST_CASE("mesh: dark sides get no patches behind and dormant ones in front") {
     Scene scene;
     const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
