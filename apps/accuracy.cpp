@@ -19,9 +19,8 @@ constexpr double safe_share = 0.75, safe_share_at_more_points = 0.9;
 /// what this one cost.
 constexpr std::uint32_t more_points = 4;
 constexpr double next_solution = 3;
-/// An estimate whose confidence reaches further than this above it is vague: a point or two may have made most of it. It is made
-/// anew at more points, unless that takes longer than both the next solution and a second.
-constexpr double vague = 1.25, short_s = 1;
+/// An estimate whose confidence reaches further than this above it is vague: a point or two may have made most of it.
+constexpr double vague = 1.25;
 /// An error of this size is all there is: what is wanted is reached within what the check can tell.
 constexpr double least_error = 1e-4;
 
@@ -125,9 +124,7 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
         checked.estimate.error <= safe_share_at_more_points * wanted && !is_safe(checked.estimate, share);
     const bool is_vague = is_safe(checked.estimate, share) && checked.estimate.high > vague * checked.estimate.error &&
                           checked.estimate.high > least_error;
-    const double more_s = more_points * check_watch.seconds();
-    if (wish.error && (may_do ? more_s <= next_solution * solve_s
-                              : is_vague && more_s <= std::max(next_solution * solve_s, short_s))) {
+    if (wish.error && (is_vague || (may_do && more_points * check_watch.seconds() <= next_solution * solve_s))) {
       share = safe_share_at_more_points;
       checked = run.check(knobs, more_points * check_points(wanted), wanted, seed + most_rounds);
     }

@@ -23,7 +23,7 @@ struct AimedPlace {
   Rgbf reflected;  ///< W/m²
 };
 
-/// Sets of 16 places of a source of up to 64: what one leaves out another one has.
+/// Sets of 16 places of a source: together they have most of 64.
 constexpr int aim_sets = 4;
 
 /// 16 places, one from each of 16 strata. Most rays aim where it is open, for from under furniture comes little light; some do
@@ -170,6 +170,8 @@ class PartsOfShot {
   }
 
   void add_patch(const ShotPatch& patch) {
+    // A shot from a peer may have patches of no area, whatever it says that leaves them.
+    if (std::none_of(patch.area.begin(), patch.area.end(), [](float area) { return area > 0; })) return;
     const std::size_t part = local_.parts.size(), first_place = places_.size();
     local_.emits |= patch.emitted != Rgbf{0.f};
     local_.parts.push_back(
@@ -200,7 +202,7 @@ class PartsOfShot {
   void finish(std::size_t part, std::size_t first_place) {
     local_.parts[part].end = static_cast<std::uint32_t>(local_.parts.size());
     const std::span<const AimedPlace> places = std::span(places_).subspan(first_place);
-    // A shot from a peer may have none: nothing leaves it then.
+    // A shot from a peer may have none.
     const FlatShooter& f = local_.parts[part].source.flat;
     const AimedPlace middle{Vec3{f.cx, f.cy, f.cz}, 1.f, 1.f, Rgbf{0.f}};
     set_aims(local_.parts[part].source, places.empty() ? std::span(&middle, 1) : places,

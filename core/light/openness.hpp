@@ -1,5 +1,5 @@
-/// How open it is around each element: where a few rays and one hemicube stand for a whole shooter, they stand where light can
-/// leave it, and not under its furniture.
+/// How open it is around each element: where one hemicube stands for a whole shooter, it stands where light can leave it, and not
+/// under its furniture; of a few rays most aim there (core/light/local_shot).
 ///
 /// Openness follows from the geometry alone. So does, with it, which share of a shooter's light arrives where, whatever the order
 /// and number of shots: runs that end differently do so by what they have not shot, not by where they happened to look.

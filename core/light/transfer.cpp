@@ -243,10 +243,14 @@ class IslandTask {
     settle({index, item_, &source, share, sees}, factors_);
   }
 
-  /// A number that differs between neighbours, and is the same however the scene is cut into cells.
+  /// A number that mostly differs between neighbours; where clusters are of one group, and not of several small ones, it is the same
+  /// however the scene is cut into cells.
   static std::uint32_t number_of(const Cluster& cluster) { return cluster.element[0] / 16; }
-  /// Which of 16 places the first lane aims at. Neighbours have other sets, see LocalShot::aims_of.
-  static int turn_of(const Cluster& cluster) { return static_cast<int>(number_of(cluster) / 4 * 7 & 15); }
+  /// Which of 16 places the first lane aims at.
+  static int turn_of(const Cluster& cluster) {
+    const std::uint32_t number = number_of(cluster);
+    return static_cast<int>((number * 7 + number / 16) & 15);
+  }
 
   /// @returns lanes that the shooter's front is turned to
   std::uint32_t form_factors(const Cluster& cluster, const FlatSource& source) {
@@ -319,22 +323,34 @@ class IslandTask {
     float all = 0, all_seen = 0, weights = 0, weights_seen = 0;
     float reflected[3] = {};
     for (std::uint32_t left = asked_; left != 0; left &= left - 1) {
-      const int lane = __builtin_ctz(left);
+      const int lane = __builtin_ctz(left), place = lane + turn;
       const float area = factors.factor[lane] * cluster.area[lane];
+      // Behind a receiver's horizon there is nothing to aim at: the kernel chose another place, which stands for the whole.
+      const bool is_mean = is_behind(cluster.points, lane, aims.place, place);
       // Bitmaps weaken factors by what is hidden of the whole source.
-      const float weight = aims.weight[lane + turn] *
+      const float weight = (is_mean ? 1.f : aims.weight[place]) *
                            (view_.incoming ? area : exchange(cluster, source.flat, lane) * cluster.area[lane]);
       all += area, weights += weight;
       if ((arrival.sees >> lane & 1) == 0) continue;
       all_seen += area, weights_seen += weight;
-      for (int c = 0; c < 3; ++c) reflected[c] += weight * aims.reflected[c][lane + turn];
+      for (int c = 0; c < 3; ++c) reflected[c] += weight * (is_mean ? source.reflected[c] : aims.reflected[c][place]);
     }
     Sent sent;
     if (!(weights > 0) || !(all_seen > 0)) return sent;
-    const float scale = all / all_seen / weights;
-    for (int c = 0; c < 3; ++c)
-      sent.reflected[c] = scale * reflected[c], sent.emitted[c] = scale * weights_seen * source.emitted[c];
+    // Lanes whose factors are less than this share of all have nothing to tell, and what is divided by them may be beyond all numbers.
+    constexpr float least_share = 1e-6f;
+    const float scale = all / std::max(all_seen, least_share * all);
+    for (int c = 0; c < 3; ++c) {
+      sent.reflected[c] = reflected[c] / weights * scale;
+      sent.emitted[c] = source.emitted[c] * (weights_seen / weights) * scale;
+    }
     return sent;
+  }
+
+  static bool is_behind(const Receivers16& r, int lane, const Aim16& aim, int place) {
+    return (aim.x[place] - r.x[lane]) * r.nx[lane] + (aim.y[place] - r.y[lane]) * r.ny[lane] +
+               (aim.z[place] - r.z[lane]) * r.nz[lane] <=
+           0;
   }
 
   /// cosθ cosθ' / r² of a lane and the place it aims at (1/m²).

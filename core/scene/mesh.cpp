@@ -343,13 +343,14 @@ class Cutter {
   }
 
   /// Of a place that shoots (m). The edges of a luminaire's shadows have as many steps as it has places: all luminaires together
-  /// have some 256, by their power, however coarse the mesh is.
+  /// have some 256, by their power, however coarse the mesh is. Pieces of a large one, or one lamp of very many, need no own.
   double place_size(const Surface& surface, bool back) const {
     const double usual = mesh_.options.element_size * base_fineness(mesh_.options);
     const double emitted = back ? 0.0 : emitted_by(surface);
     if (!(emitted > 0)) return usual;
-    constexpr double places_of_all = 256;
-    return std::min(usual, std::sqrt(surface.area / std::max(1.0, places_of_all * emitted / emitted_)));
+    constexpr double places_of_all = 256, worth_it = 4;
+    const double places = places_of_all * emitted / emitted_;
+    return places < worth_it ? usual : std::min(usual, std::sqrt(surface.area / places));
   }
 
   /// As many elements as the size asks for, at most 16 (one vector, one packet of rays), as square as that allows.

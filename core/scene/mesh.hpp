@@ -4,7 +4,8 @@
 /// exactly one cell whatever the topology (§2: "the same mesh can be used with different cell topologies"). It shoots as one
 /// towards receivers far away. A *patch* shoots; it is a group halved along the middle lines of its block, and again along those
 /// of the halves where patches are of few elements: a group is about 8x8 elements whatever their size, so up to 8x8 patches.
-/// *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon. Where
+/// *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon; luminaires more than others
+/// where the mesh is coarse, for the edges of their shadows. Where
 /// the light asks for it (core/light/refinement) each of them is divided into 2x2, 4x4 or 8x8: the patch receives in more
 /// places, and shoots from its 16 as before, so that fine receivers cost no finer shooters.
 /// Group, patch and element are all convex polygons of one plane.

@@ -21,7 +21,7 @@ struct ErrorKnobs {
   std::uint32_t elements = 12000;
   double eps = 5e-4;
   std::uint32_t gather_rays = 0;    ///< 0: the solution is interpolated
-  std::uint32_t direct_rays = 256;  ///< to all luminaires together; 0: direct light is interpolated too
+  std::uint32_t direct_rays = 512;  ///< to all luminaires together; 0: direct light is interpolated too
   double keep =
       1;  ///< below 1: elements are refined until this share of their deviations is left (core/light/refinement)
   bool direct_is_solved() const { return direct_rays == 0; }

@@ -52,8 +52,8 @@ struct CheckPoint {
 };
 
 /// Random points of all surface sides that light can reach: half of them even over their area, half where the light is, by the
-/// irradiance that the solution has; so one lit room of ten is looked at as closely as if it were alone. The same seed gives
-/// the same points.
+/// irradiance that the solution has; so one lit room of ten is looked at half as closely as if it were alone. The same seed
+/// and solution give the same points.
 /// @returns weights in (0, 2], with a mean of about 1
 std::vector<CheckPoint> random_surface_points(const LitScene& scene, std::uint32_t count, std::uint64_t seed);
 
