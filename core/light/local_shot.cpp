@@ -193,7 +193,6 @@ class PartsOfShot {
         const FlatShooter& f = local_.parts.back().source.flat;
         places_.push_back(
             {Vec3{f.cx, f.cy, f.cz}, patch.area[place], patch.openness[place], patch.delta[place] - patch.emitted});
-        local_.parts.back().source.is_element = true;
         set_aims(local_.parts.back().source, std::span(places_).last(1), 1);
       }
     finish(part, first_place);

@@ -19,7 +19,6 @@ struct Aims {
 struct FlatSource {
   FlatShooter flat;
   std::uint32_t first_aims = 0, aims_count = 0;  ///< LocalShot::aims; a power of two
-  bool is_element = false;                       ///< all aims are its middle
   float reflected[3] = {};                       ///< unshot radiosity without emission (W/m²), signed
   float emitted[3] = {};                         ///< own emission (W/m²): arrives as direct light
   float radius = 0;                              ///< m

@@ -182,7 +182,7 @@ class IslandTask {
       const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
       if (reflects) reflected_up_to = part.end;
       if (emits) emitted_up_to = part.end;
-      if (reflects || emits) add(cluster, index, part.source, share(reflects, emits));
+      if (reflects || emits) add(cluster, index, part, share(reflects, emits));
       p = reflected_up_to >= part.end && emitted_up_to >= part.end ? part.end : p + 1;
     }
   }
@@ -200,7 +200,7 @@ class IslandTask {
     item_patch_ = 0;
     for (const ShotPart& part : shot_.parts) {
       if (part.level != ShotPart::Level::patch) continue;
-      add(cluster, index, part.source, share(shot_.reflects, shot_.emits));
+      add(cluster, index, part, share(shot_.reflects, shot_.emits));
       ++item_patch_;
     }
   }
@@ -230,7 +230,8 @@ class IslandTask {
   }
 
   /// Transfer from one polygon into one cluster.
-  void add(const Cluster& cluster, std::uint32_t index, const FlatSource& source, Share share) {
+  void add(const Cluster& cluster, std::uint32_t index, const ShotPart& part, Share share) {
+    const FlatSource& source = part.source;
     const std::uint32_t sees = answers_.answer([&] { return cast(cluster, source); });
     if (sees == 0) return;
     if (answers_.are_read()) {
@@ -240,7 +241,7 @@ class IslandTask {
       const auto lanes = static_cast<std::uint64_t>(__builtin_popcount(sees));
       work_.rays += lanes, work_.rays_saved += lanes, work_.rays_remembered += lanes;
     }
-    settle({index, item_, &source, share, sees}, factors_);
+    settle({index, item_, &part, share, sees});
   }
 
   /// A number that mostly differs between neighbours; where clusters are of one group, and not of several small ones, it is the same
@@ -277,26 +278,26 @@ class IslandTask {
   /// Who gets what from whom.
   struct Arrival {
     std::uint32_t cluster = 0, item = 0;
-    const FlatSource* source = nullptr;
+    const ShotPart* part = nullptr;
     Share share = Share::reflected;
     std::uint32_t sees = 0;  ///< lanes
   };
 
   /// Adds what is not blocked.
-  void settle(const Arrival& arrival, Factors16& factors) {
+  void settle(const Arrival& arrival) {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
-    const FlatSource& source = *arrival.source;
     ClusterLight& light = light_.clusters[arrival.cluster];
-    const Sent sent =
-        arrival.sees == asked_ || source.is_element || view_.items ? sent_by(source) : seen_of(arrival, factors);
+    const Sent sent = arrival.sees == asked_ || arrival.part->level == ShotPart::Level::element || view_.items
+                          ? sent_by(arrival.part->source)
+                          : seen_of(arrival);
     float delta[3];
     for (int c = 0; c < 3; ++c)
       delta[c] = (arrival.share == Share::emitted ? 0.f : sent.reflected[c]) +
                  (arrival.share == Share::reflected ? 0.f : sent.emitted[c]);
-    const float received_area = kernels_.accumulate16(factors, cluster.area, delta, light.received);
+    const float received_area = kernels_.accumulate16(factors_, cluster.area, delta, light.received);
     if (received_area <= 0.f) return;
-    if (arrival.share != Share::reflected) kernels_.accumulate16(factors, nullptr, sent.emitted, light.direct);
-    credit(cluster, factors, Rgb{delta[0], delta[1], delta[2]}, received_area);
+    if (arrival.share != Share::reflected) kernels_.accumulate16(factors_, nullptr, sent.emitted, light.direct);
+    credit(cluster, Rgb{delta[0], delta[1], delta[2]}, received_area);
     if (touched_items_.empty() || touched_items_.back() != arrival.item) touched_items_.push_back(arrival.item);
   }
 
@@ -315,16 +316,16 @@ class IslandTask {
   /// send more than far ones. So each lane stands for the place it aims at, and weighs as much as its like would send it:
   ///
   ///     B = Σ_seen w_i k_i A_i B_i / Σ w_i k_i A_i · Σ F_i A_i / Σ_seen F_i A_i,    k = cosθ cosθ' / r²
-  Sent seen_of(const Arrival& arrival, const Factors16& factors) const {
+  Sent seen_of(const Arrival& arrival) const {
     const Cluster& cluster = scene_.tree.clusters[arrival.cluster];
-    const FlatSource& source = *arrival.source;
+    const FlatSource& source = arrival.part->source;
     const Aims& aims = shot_.aims_of(source, number_of(cluster));
     const int turn = turn_of(cluster);
     float all = 0, all_seen = 0, weights = 0, weights_seen = 0;
     float reflected[3] = {};
     for (std::uint32_t left = asked_; left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(left), place = lane + turn;
-      const float area = factors.factor[lane] * cluster.area[lane];
+      const float area = factors_.factor[lane] * cluster.area[lane];
       // Behind a receiver's horizon there is nothing to aim at: the kernel chose another place, which stands for the whole.
       const bool is_mean = is_behind(cluster.points, lane, aims.place, place);
       // Bitmaps weaken factors by what is hidden of the whole source.
@@ -364,7 +365,7 @@ class IslandTask {
   }
 
   /// Adds what arrived to the sums of the patches and of the shot (W).
-  void credit(const Cluster& cluster, const Factors16& factors, const Rgb& delta, float received_area) {
+  void credit(const Cluster& cluster, const Rgb& delta, float received_area) {
     if (cluster.single_patch) {
       const Rgb power = static_cast<double>(received_area) * delta;
       light_.patches[cluster.first_patch + cluster.patch[0]].received_w += power;
@@ -372,7 +373,7 @@ class IslandTask {
       return;
     }
     for (int lane = 0; lane < 16; ++lane) {
-      const Rgb power = static_cast<double>(factors.factor[lane] * cluster.area[lane]) * delta;
+      const Rgb power = static_cast<double>(factors_.factor[lane] * cluster.area[lane]) * delta;
       light_.patches[cluster.first_patch + cluster.patch[lane]].received_w += power;
       work_.received += power;
     }

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <map>
 
 #include "core/tracing/path_tracer.hpp"
 #include "tests/support/one_cell.hpp"
@@ -148,4 +149,23 @@ TEST_CASE("error_check: points lie on lit sides, weigh as much as their area, an
     (is_bright ? bright : dim) += point.weight, bright_points += is_bright;
   }
   CHECK(bright / bright_points < 0.9 * dim / (wanted - bright_points));
+}
+
+TEST_CASE("error_check: where the light is even, each side has as many points as its area, to two") {
+  const CheckedRoom room;
+  const auto scene = room.scene->trace().shared_scene();
+  const LitScene even(uniform_solution(scene, 0.2, 2, 1));
+  const std::vector<CheckPoint> points = random_surface_points(even, 4000, 7);
+  double lit_m2 = 0;
+  for (const Patch& patch : even.mesh().patches)
+    if (even.mesh().group_is_lit[patch.group.value]) lit_m2 += patch.area;
+  std::map<std::pair<std::uint32_t, bool>, double> expected, count;
+  for (const Patch& patch : even.mesh().patches)
+    if (even.mesh().group_is_lit[patch.group.value])
+      expected[{patch.surface.value, patch.back}] += 4000 * patch.area / lit_m2;
+  for (const CheckPoint& point : points) {
+    CHECK(point.weight == doctest::Approx(1));
+    ++count[{point.at.surface, point.at.back}];
+  }
+  for (const auto& [side, wanted] : expected) CHECK(std::abs(count[side] - wanted) <= 2);
 }
