@@ -11,6 +11,7 @@
 #include "actors/system_config.hpp"
 #include "core/base/check.hpp"
 #include "core/light/balance.hpp"
+#include "core/light/one_cell.hpp"
 #include "core/tracing/mirror_light.hpp"
 
 namespace lichthof::actors {
@@ -123,17 +124,6 @@ void play(const SolveRun& run, const std::vector<std::shared_ptr<Cell>>& cells,
   if (failure) throw std::runtime_error("the first pass failed: " + text(failure));
 }
 
-Solution blank_solution(const SolveRun& run) {
-  Solution solution;
-  solution.scene = run.scene;
-  solution.mesh = run.mesh;
-  solution.options = run.options;
-  const std::size_t elements = run.mesh->elements.size();
-  for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
-    values->assign(elements, Rgbf{0.f});
-  return solution;
-}
-
 }  // namespace
 
 Solution solve(const SolveRun& run) {
@@ -151,7 +141,8 @@ Solution solve(const SolveRun& run) {
   const auto controller = std::make_shared<Controller>(options);
   play(run, cells, controller);
 
-  Solution solution = blank_solution(run);
+  Solution solution = blank_solution(run.scene, run.mesh);
+  solution.options = run.options;
   CellOutlook scene_outlook;
   for (const auto& light : lights) scene_outlook.add(light->outlook());
   const ExpectedLight pending = expected_light(scene_outlook);

@@ -103,11 +103,15 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
   }
   nlohmann::json rounds = nlohmann::json::array();
   bool is_solved = is_loaded;
-  double solve_s = 0;
+  bool is_new_mesh = true;
+  double solve_s = 0, refined_to = 1;
   for (int round = 1;; ++round) {
     const Stopwatch watch;
     if (!is_solved) {
       if (Status solved = run.solve(); !solved) return solved.error();
+      // A finer mesh wants to be refined where the one before had to be.
+      if (is_new_mesh && refined_to < 1 && !interruption.asked() && run.refine(refined_to))
+        if (Status solved = run.solve(); !solved) return solved.error();
       solve_s = watch.seconds();
     }
     is_solved = true;
@@ -144,7 +148,8 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
       knobs = *next;
       const bool is_refined = knobs.keep < 1 && run.refine(knobs.keep);
       if (knobs.keep < 1 && !is_refined) knobs.elements *= 2;  // all that may be refined is
-      const bool is_new_mesh = knobs.elements != elements_before;
+      if (is_refined) refined_to = knobs.keep;
+      is_new_mesh = knobs.elements != elements_before;
       if (is_new_mesh || knobs.eps != eps_before)
         run.choose(is_new_mesh ? std::optional(knobs.elements) : std::nullopt, knobs.eps);
       is_solved = !is_refined && !is_new_mesh && knobs.eps == eps_before;

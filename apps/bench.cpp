@@ -191,7 +191,7 @@ Status bench_error(const BenchCommand& options, const Interruption& interruption
   if (Status checked = check_error_options(options); !checked) return checked;
   std::vector<std::string> paths;
   if (!options.scene.empty()) paths.push_back(options.scene);
-  for (const char* file : {"cornell.toml", "office_floor.toml"}) {
+  for (const char* file : {"cornell.toml", "office_floor.toml", "cellar.toml"}) {
     if (!options.scene.empty()) break;
     const Expected<std::string> path = built_in(file);
     if (!path) return path.error();
@@ -284,7 +284,8 @@ void add_bench(CLI::App& program, Command& chosen) {
       ->option_text(" ");
   command
       .add_option("--scene", options->scene,
-                  "a scene (.obj, .toml) (default scenes/cornell.toml; error takes scenes/office_floor.toml too)")
+                  "a scene (.obj, .toml) (default scenes/cornell.toml; error takes scenes/office_floor.toml and "
+                  "cellar.toml too)")
       ->option_text("SCENE");
   command.add_option("--repeat", options->repeat, "rounds of each measurement, the best counts (default 3)")
       ->check(number_within(1, 1000))

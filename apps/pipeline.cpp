@@ -58,18 +58,6 @@ Status is_finite(const Solution& solution) {
   return Done{};
 }
 
-ProbeOptions probe_options(const ErrorKnobs& knobs) {
-  ProbeOptions options;
-  options.indirect = knobs.is_gathered() ? IndirectMethod::gather : IndirectMethod::interpolate;
-  if (knobs.is_gathered()) options.gather_rays = knobs.gather_rays;
-  // A luminaire has 64 parts at most: more rays than that go to other places of the same parts.
-  constexpr std::uint32_t most_at_once = 256;
-  options.direct.rays = std::min(knobs.direct_rays, most_at_once);
-  options.direct.most_per_luminaire = knobs.direct_rays < most_at_once ? 16 : 64;
-  options.direct_rounds = std::max(1u, knobs.direct_rays / most_at_once);
-  return options;
-}
-
 /// Light that is still to be distributed, whatever its sign, relative to all that has arrived. Shots go ahead of the light that
 /// is expected, so net sums are small long before each place has its own.
 double unshot_share(const Solution& solution) {
@@ -275,9 +263,11 @@ void Run::choose(std::optional<std::uint32_t> elements, double eps) {
 }
 
 bool Run::refine(double keep) {
-  const std::vector<std::uint8_t> fineness = refined(*mesh_, deviations(*solution_), keep);
-  if (fineness == mesh_->fineness) return false;
-  mesh_ = std::make_shared<const Mesh>(mesh_of(*scene_, mesh_->options, mesh_->lit_sides, fineness));
+  const Stopwatch watch;
+  std::shared_ptr<const Mesh> mesh = refined_mesh(scene_, mesh_, keep, *parallel_);
+  if (mesh == mesh_) return false;
+  mesh_ = std::move(mesh);
+  record_.seconds.mesh += watch.seconds();
   grid_.reset(), solution_.reset();
   return true;
 }
@@ -340,7 +330,8 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
 std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, probe_options(knobs), *parallel_, record_.traced_rays);
+  const ProbeOptions options = probe_options(knobs.gather_rays, knobs.direct_rays);
+  std::vector<Rgb> irradiance = sensor_irradiance(scene, points, options, *parallel_, record_.traced_rays);
   if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
   record_.seconds.rays = watch.seconds();
   return irradiance;
@@ -352,7 +343,8 @@ Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wan
   const std::vector<CheckPoint> points = random_surface_points(*scene, count, seed);
   std::vector<SensorPoint> sensors;
   for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
-  std::vector<PointLight> light = sensor_light(scene, sensors, probe_options(knobs), *parallel_, record_.traced_rays);
+  const ProbeOptions reading = probe_options(knobs.gather_rays, knobs.direct_rays);
+  std::vector<PointLight> light = sensor_light(scene, sensors, reading, *parallel_, record_.traced_rays);
   if (knobs.direct_is_solved())
     for (std::size_t i = 0; i < points.size(); ++i) {
       light[i].indirect = scene->indirect_irradiance(points[i].at);
@@ -362,7 +354,7 @@ Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wan
   options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
   Checked checked{check_error(scene, points, light, options, *parallel_), unshot_share(*solution_), {}};
   if (knobs.is_gathered()) {
-    ProbeOptions again = probe_options(knobs);
+    ProbeOptions again = reading;
     again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;
     checked.sampling =
         sampling_error(points, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));

@@ -5,6 +5,7 @@
 
 #include "bench/measure.hpp"
 #include "core/light/lit_sides.hpp"
+#include "core/light/refinement.hpp"
 #include "core/tracing/column_tracer.hpp"
 
 namespace lichthof::bench {
@@ -76,6 +77,19 @@ Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, Trans
     mesh = std::make_shared<const Mesh>(mesh_of(*scene_, options.mesh, mesh->lit_sides));
   }
   Expected<Solved> solved = solve_on(std::move(mesh), options, {}, 1);
+  if (!solved) return solved.error();
+  solved->cpu_s = cpu_s() - cpu;
+  solved->wall_s = wall_s() - wall;
+  return solved;
+}
+
+Expected<Solved> BenchCase::solve_refined(std::uint32_t elements, double eps, double keep) const {
+  const double cpu = cpu_s(), wall = wall_s();
+  SolveOptions options;
+  options.mesh.target_elements = elements;
+  options.eps = eps;
+  Expected<Solved> solved =
+      solve_on(refined_mesh(scene_, meshed(*scene_, options.mesh), keep, Parallel(1)), options, {}, 1);
   if (!solved) return solved.error();
   solved->cpu_s = cpu_s() - cpu;
   solved->wall_s = wall_s() - wall;

@@ -44,6 +44,9 @@ class BenchCase {
   /// meshing too. @param fineness  1, 2, 4 or 8: as many times as fine receivers, on the same shooters @error interrupted
   Expected<Solved> solve_with(std::uint32_t elements, double eps, TransferMethod method,
                               std::uint32_t fineness = 1) const;
+  /// The same on that mesh refined where the light asks for it, as `--error` does where the first pass is read as it is. What it
+  /// took counts the look at the light. @param keep  see refined_mesh() @error interrupted
+  Expected<Solved> solve_refined(std::uint32_t elements, double eps, double keep) const;
 
   /// The solution in one cell; computed at the first call. @error as solve()
   Expected<const Solution*> solution() const;

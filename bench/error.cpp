@@ -14,12 +14,17 @@ constexpr std::uint64_t points_seed = 41, runs_seed = 42, truth_seed = 43;  // i
 constexpr std::uint32_t first_paths = 256;  // of the truth; doubled while that is too few
 constexpr std::uint32_t least_paths = 2;    // that have a standard error
 constexpr std::uint32_t path_counts[] = {4, 16, 64, 256, 1024};
-constexpr std::uint32_t gather_counts[] = {0, 192, 768};
-constexpr std::uint32_t hemicube_gather = 192;  // what `probe` takes
+/// Rays of the final gather and to luminaires: as few as make a picture, what `probe` takes, and more.
+constexpr std::uint32_t ray_counts[][2] = {{0, 64}, {0, 512}, {192, 512}, {768, 2048}};
+constexpr double kept_deviations[] = {0.3, 0.1};                       // of refined meshes
+constexpr std::uint32_t hemicube_gather = 192, hemicube_direct = 512;  // what `probe` takes
 // The item buffer is some 20 times as slow as shadow rays, and its error ends falling early.
 constexpr std::uint32_t hemicube_share = 4;
 // A setting that has taken as long as this is not disturbed by much: it is not repeated.
 constexpr double long_run_s = 2;
+// A mesh twice as fine as one that took as long is left out where it only serves to compare.
+constexpr double dear_s = 2;
+constexpr int most_finer = 2;
 // The truth is known to half the smallest error: its part is then a fifth of the squares that are measured.
 constexpr double finer_than_errors = 2;
 
@@ -32,18 +37,14 @@ double eps_of(std::uint32_t elements) {
 /// What is made of a first pass at the points.
 struct Reading {
   const char* method;
-  std::uint32_t gather_rays;
-  bool first_pass_alone;
+  std::uint32_t gather_rays, direct_rays;  ///< direct 0: the first pass alone
 };
 
 std::vector<Rgb> read_at(const Solution& solution, const std::vector<SensorPoint>& points, const Reading& reading) {
   const auto lit = std::make_shared<const LitScene>(solution);
-  if (reading.first_pass_alone) return first_pass_irradiance(*lit, points);
-  ProbeOptions options;
-  options.indirect = reading.gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
-  if (reading.gather_rays > 0) options.gather_rays = reading.gather_rays;
+  if (reading.direct_rays == 0) return first_pass_irradiance(*lit, points);
   std::uint64_t rays = 0;
-  return sensor_irradiance(lit, points, options, Parallel(1), rays);
+  return sensor_irradiance(lit, points, probe_options(reading.gather_rays, reading.direct_rays), Parallel(1), rays);
 }
 
 class Sweep {
@@ -51,16 +52,26 @@ class Sweep {
   Sweep(const BenchCase& scene, const std::string& name, const ErrorOptions& options, const ShowProgress& show,
         ErrorReport& report)
       : scene_(scene), name_(name), show_(show), options_(options), report_(report),
-        to_do_(2 * options.elements.doubled().size() + options.growth.fineness().size() + std::size(path_counts)) {}
+        to_do_(most_finer + (2 + std::size(kept_deviations)) * options.elements.doubled().size() +
+               options.growth.fineness().size() + std::size(path_counts)) {}
 
   Status all() {
-    std::vector<Reading> readings{{"radiosity", 0, true}};
-    for (const std::uint32_t rays : gather_counts) readings.push_back({"two-pass", rays, false});
+    std::vector<Reading> readings{{"radiosity", 0, 0}};
+    for (const auto& [gather, direct] : ray_counts) readings.push_back({"two-pass", gather, direct});
     for (const std::uint32_t elements : options_.elements.doubled())
       if (Status run = first_pass(TransferMethod::rays, elements, readings); !run) return run;
+    // Refined meshes reach errors that only far finer uniform ones do.
+    std::uint32_t finer = 2 * options_.elements.doubled().back();
+    double last_s = report_.runs[report_.runs.size() - readings.size()].cpu_s;
+    for (int k = 0; k < most_finer && last_s < dear_s; ++k, finer *= 2, last_s = report_.runs.back().cpu_s)
+      if (Status run = first_pass(TransferMethod::rays, finer, {readings.front()}); !run) return run;
+    for (const std::uint32_t elements : options_.elements.doubled())
+      for (const double keep : kept_deviations)
+        if (Status run = refined(elements, keep); !run) return run;
     for (const std::uint32_t elements : options_.elements.doubled()) {
       if (elements > std::max(options_.elements.most / hemicube_share, options_.elements.least)) break;
-      if (Status run = first_pass(TransferMethod::hemicube, elements, {{"hemicube", hemicube_gather, false}}); !run)
+      if (Status run = first_pass(TransferMethod::hemicube, elements, {{"hemicube", hemicube_gather, hemicube_direct}});
+          !run)
         return run;
     }
     for (const std::uint32_t paths : path_counts)
@@ -85,7 +96,8 @@ class Sweep {
     const std::size_t first = report_.runs.size();
     for (const Reading& reading : readings) {
       ErrorRun run;
-      run.method = reading.method, run.eps = eps, run.rays = reading.gather_rays, run.cpu_s = 1e300;
+      run.method = reading.method, run.eps = eps, run.rays = reading.gather_rays, run.direct_rays = reading.direct_rays,
+      run.cpu_s = 1e300;
       report_.runs.push_back(std::move(run));
     }
     double solve_s = 1e300, spent_s = 0;
@@ -105,6 +117,24 @@ class Sweep {
         if (scene_.stopped()) return BenchCase::interrupted();
       }
     }
+    return Done{};
+  }
+
+  Status refined(std::uint32_t elements, double keep) {
+    show(std::to_string(elements) + " elements, refined");
+    const double eps = eps_of(elements);
+    ErrorRun run;
+    run.method = "radiosity", run.is_refined = true, run.eps = eps, run.cpu_s = 1e300;
+    double spent_s = 0;
+    for (unsigned round = 0; another_round(round, spent_s); ++round) {
+      const double start = cpu_s();
+      const Expected<Solved> solved = scene_.solve_refined(elements, eps, keep);
+      if (!solved) return solved.error();
+      run.elements = static_cast<std::uint32_t>(solved->solution.mesh->elements.size());
+      run.irradiance = read_at(solved->solution, report_.truth.points, {"radiosity", 0, 0});
+      run.cpu_s = std::min(run.cpu_s, cpu_s() - start), spent_s += cpu_s() - start;
+    }
+    report_.runs.push_back(std::move(run));
     return Done{};
   }
 
@@ -188,6 +218,33 @@ std::vector<CostError> costs_of(const std::vector<ErrorRun>& runs, const std::ve
   return costs;
 }
 
+/// What an error costs by the best of some runs, between two of them in powers. @pre an error that they span
+double cost_at(double error, const std::vector<CostError>& runs) {
+  const std::vector<std::size_t> best = frontier(runs);
+  std::size_t k = 1;
+  while (k + 1 < best.size() && runs[best[k]].error > error) ++k;
+  if (best.size() == 1 || runs[best[0]].error <= error) return runs[best[0]].cpu_s;
+  const CostError &coarse = runs[best[k - 1]], &fine = runs[best[k]];
+  const double way = std::log(coarse.error / error) / std::log(coarse.error / fine.error);
+  return coarse.cpu_s * std::pow(fine.cpu_s / coarse.cpu_s, way);
+}
+
+std::optional<RefinementGain> gain_of_refinement(const std::vector<ErrorRun>& runs) {
+  std::vector<CostError> elements[2], cpu[2];  // uniform, refined
+  double smallest[2] = {1e300, 1e300}, largest[2] = {0, 0};
+  for (const ErrorRun& run : runs) {
+    if (!run.resolved || run.method != "radiosity") continue;
+    elements[run.is_refined].push_back({static_cast<double>(run.elements), run.error});
+    cpu[run.is_refined].push_back({run.cpu_s, run.error});
+    smallest[run.is_refined] = std::min(smallest[run.is_refined], run.error);
+    largest[run.is_refined] = std::max(largest[run.is_refined], run.error);
+  }
+  const double error = std::max(smallest[0], smallest[1]);
+  if (elements[0].empty() || elements[1].empty() || error > std::min(largest[0], largest[1])) return std::nullopt;
+  return RefinementGain{error, cost_at(error, elements[0]) / cost_at(error, elements[1]),
+                        cost_at(error, cpu[0]) / cost_at(error, cpu[1])};
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> ElementRange::fineness() const {
@@ -215,6 +272,7 @@ void judge(ErrorReport& report) {
     if (run.resolved && run.is_reference()) traced.push_back(k);
   }
   for (const std::size_t k : frontier(costs_of(report.runs, resolved))) report.runs[resolved[k]].on_frontier = true;
+  report.refinement = gain_of_refinement(report.runs);
   if (traced.empty()) return;
   const SquareRootLaw path_tracing(costs_of(report.runs, traced));
   for (const std::size_t k : resolved)

@@ -37,9 +37,12 @@ struct ErrorOptions {
 /// One setting of one method.
 struct ErrorRun {
   std::string method;          ///< as --method has it
+  bool is_refined = false;     ///< the mesh is finer where the light asks for it; else its elements are alike
   std::uint32_t elements = 0;  ///< of the mesh; 0: none
   double eps = 0;
   std::uint32_t rays = 0;  ///< at each point: of the final gather, or paths; 0: the first pass, interpolated
+  std::uint32_t direct_rays =
+      0;  ///< likewise, to luminaires; 0: their light as the first pass has it, or part of the paths
   double cpu_s = 0;
   std::vector<Rgb> irradiance;  ///< at the points (W/m²)
   double error = 0;             ///< without the truth's own; not resolved: a bound above it
@@ -55,11 +58,17 @@ struct GrowthRun {
   double cpu_s = 0;
 };
 
+/// Uniform meshes : refined ones, both read as they are, at the smallest error that both reach.
+struct RefinementGain {
+  double error = 0, elements = 0, cpu = 0;
+};
+
 struct ErrorReport {
   std::string scene;  ///< a short name
   Truth truth;
   double truth_error = 0;  ///< standard error of the truth, as a share of its RMS
   std::vector<ErrorRun> runs;
+  std::optional<RefinementGain> refinement;
   std::vector<GrowthRun> growth;
   double growth_exponent = 0;  ///< CPU time ~ elements^exponent; 0: fewer than two meshes
 };
@@ -72,12 +81,14 @@ using ShowProgress = std::function<void(const std::string& what, double share_do
 Expected<ErrorReport> error_report(const BenchCase& scene, const std::string& name, const ErrorOptions& options,
                                    std::optional<Truth> known, const ShowProgress& show);
 
-/// Fills error, resolved, ratio and on_frontier of all runs from their irradiance, and truth_error.
+/// Fills error, resolved, ratio and on_frontier of all runs from their irradiance, and truth_error and refinement.
 void judge(ErrorReport& report);
 
-/// What is worth a goal: "growth", the worst of all scenes, and for each scene what path tracing costs at equal errors.
+/// What is worth a goal: "growth", the worst of all scenes, "refinement", the best of all, and for each scene what path tracing costs at
+/// equal errors.
 Section error_section(std::span<const ErrorReport> reports);
-/// All runs: {"runs": [{"method", "elements", "eps", "rays", "cpu_s", "error", "resolved", "ratio", "on_frontier"}],
+/// All runs: {"runs": [{"method", "refined", "elements", "eps", "rays", "direct_rays", "cpu_s", "error", "resolved", "ratio",
+/// "on_frontier"}],
 /// "growth_runs": [...], "truth": {...}}
 nlohmann::json runs_json(const ErrorReport& report);
 /// The same as a table.

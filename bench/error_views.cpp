@@ -24,22 +24,28 @@ Best best_of(const ErrorReport& report) {
 }
 
 struct MethodLook {
-  const char* method;
+  const char* name;
   const char* colour;  // from Okabe and Ito's set, which the colour-blind tell apart too
   Mark mark;
 };
+/// As tables and plots call a run: the first pass on a refined mesh is no method of its own.
+constexpr const char* refined_name = "refined";
+std::string name_of(const ErrorRun& run) { return run.is_refined ? refined_name : run.method; }
+
 constexpr MethodLook method_looks[] = {{"two-pass", "#0072b2", Mark::circle},
                                        {"radiosity", "#009e73", Mark::square},
+                                       {refined_name, "#56b4e9", Mark::square},
                                        {"hemicube", "#d55e00", Mark::diamond},
                                        {"reference", "#6e5494", Mark::triangle}};
-constexpr MethodLook scene_looks[] = {{"", "#0072b2", Mark::circle}, {"", "#d55e00", Mark::diamond}};
+constexpr MethodLook scene_looks[] = {
+    {"", "#0072b2", Mark::circle}, {"", "#d55e00", Mark::diamond}, {"", "#009e73", Mark::square}};
 
 /// All resolved runs of a method as marks; a line through those that none of the same method beats.
 Curve curve_of(const ErrorReport& report, const MethodLook& look) {
-  Curve curve{look.method, look.colour, look.mark, {}, {}};
+  Curve curve{look.name, look.colour, look.mark, {}, {}};
   std::vector<CostError> costs;
   for (const ErrorRun& run : report.runs)
-    if (run.resolved && run.method == look.method) {
+    if (run.resolved && name_of(run) == look.name) {
       curve.points.push_back({run.cpu_s, run.error});
       costs.push_back({run.cpu_s, run.error});
     }
@@ -61,7 +67,7 @@ Panel error_panel(const ErrorReport& report) {
 }
 
 Panel growth_panel(std::span<const ErrorReport> reports) {
-  Panel panel{"cost of the first pass, eps 5e-4", {"elements"}, {"CPU time (s)"}, {}, Panel::Key::upper_left};
+  Panel panel{"cost of the first pass, eps 1e-4", {"elements"}, {"CPU time (s)"}, {}, Panel::Key::upper_left};
   for (std::size_t k = 0; k < reports.size(); ++k) {
     char exponent[32];
     std::snprintf(exponent, sizeof exponent, " ~ N^%.2f", reports[k].growth_exponent);
@@ -80,6 +86,7 @@ Panel growth_panel(std::span<const ErrorReport> reports) {
 Section error_section(std::span<const ErrorReport> reports) {
   Section section{"error", {}};
   double growth = 0;
+  RefinementGain refinement;
   for (const ErrorReport& report : reports) {
     const std::string key = "scenes/" + report.scene + "/", text = report.scene + ": ";
     section.add(key + "truth_error", text + "standard error of the truth", report.truth_error);
@@ -90,18 +97,32 @@ Section error_section(std::span<const ErrorReport> reports) {
       section.add(key + "ratio", text + "CPU time, path tracing : ours, at that error", best.against_reference->ratio,
                   "", at_least(10));
     }
+    if (const std::optional<RefinementGain>& gain = report.refinement) {
+      section.add(key + "refinement/error", text + "smallest error of the first pass on uniform and refined meshes",
+                  gain->error);
+      section.add(key + "refinement/elements", text + "elements, uniform : refined, at that error", gain->elements);
+      section.add(key + "refinement/cpu", text + "CPU time, uniform : refined, at that error", gain->cpu);
+      if (gain->elements > refinement.elements) refinement = *gain;
+    }
     section.add(key + "growth", text + "exponent of CPU time over elements", report.growth_exponent);
     growth = std::max(growth, report.growth_exponent);
   }
   section.add("growth", "the largest of these exponents", growth, "", at_most(1.15));
+  if (refinement.elements > 0) {
+    section.add("refinement/elements", "elements, uniform : refined, where that is most", refinement.elements, "",
+                at_least(3));
+    section.add("refinement/cpu", "CPU time, uniform : refined, there", refinement.cpu, "", at_least(2));
+  }
   return section;
 }
 
 nlohmann::json runs_json(const ErrorReport& report) {
   nlohmann::json runs = nlohmann::json::array(), growth = nlohmann::json::array();
   for (const ErrorRun& run : report.runs) {
-    nlohmann::json one = {{"method", run.method}, {"cpu_s", run.cpu_s},       {"error", run.error},
-                          {"rays", run.rays},     {"resolved", run.resolved}, {"on_frontier", run.on_frontier}};
+    nlohmann::json one = {{"method", run.method},     {"refined", run.is_refined},
+                          {"cpu_s", run.cpu_s},       {"error", run.error},
+                          {"rays", run.rays},         {"direct_rays", run.direct_rays},
+                          {"resolved", run.resolved}, {"on_frontier", run.on_frontier}};
     if (!run.is_reference()) one.update({{"elements", run.elements}, {"eps", run.eps}});
     if (run.ratio > 0) one["ratio"] = run.ratio;
     runs.push_back(std::move(one));
@@ -115,21 +136,23 @@ nlohmann::json runs_json(const ErrorReport& report) {
 }
 
 std::vector<std::string> table(const ErrorReport& report) {
-  char line[200];
+  char line[300];
   std::vector<std::string> lines;
   std::snprintf(
       line, sizeof line,
-      "%s: %zu points%s; + is on the frontier, ratio = CPU time of path tracing to that error : this",
+      "%s: %zu points%s; + is on the frontier, ratio = CPU time of path tracing to that error : this, refined = "
+      "radiosity on a mesh that is finer where the light asks for it",
       report.scene.c_str(), report.truth.points.size(),
       report.truth.paths > 0 ? (", truth by " + std::to_string(report.truth.paths) + " paths each").c_str() : "");
   lines.emplace_back(line);
-  lines.emplace_back("  method     elements       eps  rays/point     CPU s     error     ratio");
+  lines.emplace_back("  method     elements       eps    rays  direct     CPU s     error     ratio");
   for (const ErrorRun& run : report.runs) {
     char mesh[40] = "       -         -", ratio[24] = "-";
     if (!run.is_reference()) std::snprintf(mesh, sizeof mesh, "%8u  %8.2g", run.elements, run.eps);
     if (run.ratio > 0) std::snprintf(ratio, sizeof ratio, "%.3g", run.ratio);
-    std::snprintf(line, sizeof line, "  %-10s %s  %10u  %8.3f  %s%6.3f %%  %8s %s", run.method.c_str(), mesh, run.rays,
-                  run.cpu_s, run.resolved ? " " : "<", 100 * run.error, ratio, run.on_frontier ? "+" : "");
+    std::snprintf(line, sizeof line, "  %-10s %s  %6u  %6s  %8.3f  %s%6.3f %%  %8s %s", name_of(run).c_str(), mesh,
+                  run.rays, run.direct_rays > 0 ? std::to_string(run.direct_rays).c_str() : "-", run.cpu_s,
+                  run.resolved ? " " : "<", 100 * run.error, ratio, run.on_frontier ? "+" : "");
     lines.emplace_back(line);
   }
   lines.emplace_back("  growth     elements     shots     CPU s");

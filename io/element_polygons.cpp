@@ -75,7 +75,7 @@ std::uint32_t ModelMaker::vertex(const Patch& patch, const Vec2& corner, const R
 }
 
 void ModelMaker::add_element(const Patch& patch, std::size_t element) {
-  const Polygon2 polygon = element_polygon(mesh_, patch, mesh_.elements[element]);
+  const Polygon2 polygon = mesh_.element_polygon(patch, mesh_.elements[element]);
   if (polygon.size() < 3) return;
   const Rgb irradiance = solution_.total(element);
   ElementModel::Face face{static_cast<std::uint32_t>(model_.corners.size()), 0,
@@ -111,23 +111,6 @@ ElementModel ModelMaker::make() {
 }
 
 }  // namespace
-
-Polygon2 element_polygon(const Mesh& mesh, const Patch& patch, const Element& element) {
-  Vec2 lo, hi;
-  mesh.element_rectangle(patch, element, lo, hi);
-  const std::span<const Vec2> whole = mesh.polygon(patch.polygon);
-  Polygon2 piece(whole.begin(), whole.end());
-  // As the mesher cuts: only along lines inside the patch, so that its own corners stay where they are.
-  const double slack = 1e-9 * (hi.x - lo.x + hi.y - lo.y);
-  const auto cut = [&](bool inside, const Vec2& normal, double offset) {
-    if (inside && !piece.empty()) piece = clipped(piece, normal, offset, slack);
-  };
-  cut(element.column > 0, {1, 0}, lo.x);
-  cut(element.column + 1 < patch.columns, {-1, 0}, -hi.x);
-  cut(element.row > 0, {0, 1}, lo.y);
-  cut(element.row + 1 < patch.rows, {0, -1}, -hi.y);
-  return piece;
-}
 
 Rgb element_radiosity(const Solution& solution, const Patch& patch, std::size_t element) {
   return patch.exitance + patch.reflectance * solution.total(element);

@@ -8,9 +8,6 @@
 
 namespace lichthof::io {
 
-/// The polygon of an element: its grid place clipped to the patch, counter-clockwise from the lit side (plane coordinates).
-Polygon2 element_polygon(const Mesh& mesh, const Patch& patch, const Element& element);
-
 /// Outgoing radiosity of an element (W/m²): emission plus reflected irradiance, the light still to come included.
 Rgb element_radiosity(const Solution& solution, const Patch& patch, std::size_t element);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 
 #include "core/base/check.hpp"
 #include "io/bytes.hpp"
@@ -16,7 +17,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 6, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 7, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.
@@ -119,27 +120,38 @@ bool is_plausible(const Scene& scene, const Head& head) {
   return pieces <= slack * (static_cast<double>(head.elements) + static_cast<double>(scene.surfaces.size()) + 100);
 }
 
-/// Refined patches have about as many elements as their fineness squared, or more.
-bool is_plausible(const std::string& fineness, std::uint64_t elements) {
-  std::uint64_t least = 0;
-  for (const char f : fineness) {
-    if (f != 1 && f != 2 && f != 4 && f != 8) return false;
-    least += static_cast<std::uint64_t>(f) * static_cast<std::uint64_t>(f);
+std::string place_bytes(const std::vector<PlaceTree>& places) {
+  ByteWriter bytes;
+  for (const PlaceTree& place : places) bytes.put(place.bits());
+  return bytes.bytes();
+}
+
+/// A place that is divided holds an element in every node that is, and a patch one in every few places: more leaves than here are
+/// allowed are none of refined(). Asked first, since crafted trees could ask for any number of elements.
+std::optional<std::vector<PlaceTree>> places_from(const std::string& bytes, std::uint64_t elements) {
+  std::vector<PlaceTree> places(bytes.size() / sizeof(std::uint32_t));
+  ByteReader reader(bytes);
+  std::uint64_t leaves = 0;
+  for (PlaceTree& place : places) {
+    std::uint32_t bits = 0;
+    reader.get(bits);
+    place = PlaceTree(bits);
+    leaves += place.leaf_count();
   }
-  return least <= 4 * elements;
+  if (!reader.at_end() || leaves > 32 * elements) return std::nullopt;
+  return places;
 }
 
 Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& head, const std::string& sides,
-                                             const std::string& fineness, const std::string& path) {
+                                             const std::string& place_bytes, const std::string& path) {
   if (!sides.empty() && sides.size() != scene.surfaces.size())
     return bad_input(path, "is damaged: its lit sides do not fit its scene");
   std::vector<LitSides> lit;
   for (const char side : sides) lit.push_back({(side & 1) != 0, (side & 2) != 0});
   if (!is_plausible(scene, head)) return bad_input(path, "is damaged: its patch size does not fit its scene");
-  if (!is_plausible(fineness, head.elements))
-    return bad_input(path, "is damaged: its fine patches do not fit its elements");
-  const std::vector<std::uint8_t> fine(fineness.begin(), fineness.end());
-  auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, lit, fine));
+  const std::optional<std::vector<PlaceTree>> places = places_from(place_bytes, head.elements);
+  if (!places) return bad_input(path, "is damaged: its divided places do not fit its elements");
+  auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, lit, *places));
   if (mesh->elements.size() != head.elements || mesh_hash(*mesh) != head.mesh_hash)
     return bad_input(path, "its mesh comes out differently here (" + std::to_string(mesh->elements.size()) +
                                " elements, " + std::to_string(head.elements) +
@@ -180,7 +192,7 @@ Status write_solution(const std::string& path, const Solution& solution) {
                          {"scene", scene_bytes(*solution.scene)},
                          {"textures", texture_bytes(*solution.scene)},
                          {"sides", side_bytes(mesh.lit_sides)},
-                         {"fineness", std::string(mesh.fineness.begin(), mesh.fineness.end())},
+                         {"places", place_bytes(mesh.places)},
                          {"H", array_bytes(solution.irradiance, elements)},
                          {"H direct", array_bytes(solution.direct_irradiance, elements)},
                          {"S", array_bytes(solution.shot, elements)},
@@ -202,12 +214,12 @@ Expected<Solution> read_solution(const std::string& path) {
   if (!scene) return scene.error();
   const Expected<std::string> sides = file->section("sides", scene->surfaces.size());
   if (!sides) return sides.error();
-  const Expected<std::string> fineness = file->section("fineness", head.elements);
-  if (!fineness) return fineness.error();
+  const Expected<std::string> places = file->section("places", 8 * sizeof(std::uint32_t) * head.elements);
+  if (!places) return places.error();
 
   Solution solution;
   solution.scene = std::make_shared<const Scene>(std::move(*scene));
-  Expected<std::shared_ptr<const Mesh>> mesh = meshed(*solution.scene, head, *sides, *fineness, path);
+  Expected<std::shared_ptr<const Mesh>> mesh = meshed(*solution.scene, head, *sides, *places, path);
   if (!mesh) return mesh.error();
   solution.mesh = *mesh;
   solution.options = head.options;

@@ -114,8 +114,8 @@ void add_first_pass_options(CLI::App& command, FirstPassOptions& options) {
       "N|NxM[xK]")
       ->check(cells_text());
   add("--eps", options.eps,
-      "stop when the largest unshot energy is below this share of the largest initial one (default 5e-4, where nothing "
-      "hides anything 1e-5)",
+      "stop when the largest unshot energy is below this share of the largest initial one (default 1e-4, where nothing "
+      "hides anything 1e-5, method hemicube 5e-4)",
       "SHARE")
       ->check(number_within(0, 1, Least::excluded));
   add("--hemicube", options.hemicube, "pixels along the hemicube's top, even, 8 to 1024 (default 128)", "R")

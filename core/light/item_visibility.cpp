@@ -11,15 +11,8 @@ ElementOutlines::ElementOutlines(const Mesh& mesh, std::span<const GroupId> grou
 
 void ElementOutlines::add(const Mesh& mesh, const Patch& patch) {
   const Plane& plane = mesh.planes[patch.plane.value];
-  const std::span<const Vec2> polygon = mesh.polygon(patch.polygon);
   for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
-    Vec2 lo, hi;
-    mesh.element_rectangle(patch, mesh.elements[e], lo, hi);
-    const double slack = 1e-9 * (hi.x - lo.x + hi.y - lo.y);
-    Polygon2 piece(polygon.begin(), polygon.end());
-    for (const auto& [normal, offset] : {std::pair{Vec2{1, 0}, lo.x}, std::pair{Vec2{-1, 0}, -hi.x},
-                                         std::pair{Vec2{0, 1}, lo.y}, std::pair{Vec2{0, -1}, -hi.y}})
-      if (!piece.empty()) piece = clipped(piece, normal, offset, slack);
+    const Polygon2 piece = mesh.element_polygon(patch, mesh.elements[e]);
     if (piece.empty()) continue;
     Outline outline;
     for (const Vec2& corner : piece) outline.corners.push_back(plane.point(corner));

@@ -1,26 +1,26 @@
 /// Where elements should be smaller: by what the light does there, not by the size of things.
 ///
-/// Direct light is what makes edges, and finer receivers are all that it needs: luminaires shoot element by element. A tile of
-/// up to 4x4 elements is fine enough where their direct irradiance lies in a plane; the area integral of the squared deviation
-/// from the plane that fits best tells how much a tile adds to the square of the error.
+/// An element is fine enough where its irradiance and its neighbours' lie in a plane; its area times the mean squared deviation from
+/// the plane that fits best tells how much it adds to the square of the error. Edges of shadows and places where things nearly
+/// touch have most of it. Receivers become finer; light that wants finer shooters wants a finer mesh.
 ///
 /// @source adaptive subdivision [Cohen86], by the deviation from a plane instead of a difference of corners
 #pragma once
 
-#include <cstdint>
-#include <vector>
+#include <memory>
 
-#include "core/light/solution.hpp"
+#include "core/base/parallel.hpp"
+#include "core/scene/mesh.hpp"
 
 namespace lichthof {
 
-/// Σ A d² of each patch over its tiles and channels ((W/m²)² m²). @cost about 0.3 µs an element
-std::vector<double> deviations(const Solution& solution);
-
-/// The patches whose refinement takes most of the deviation for the fewest elements, made twice as fine, until no more than a
-/// share is expected to be left.
-/// @param keep  share in (0, 1) of Σ deviation that may be left
-/// @returns     fineness per patch, for mesh_of(); patches at 8 stay. Equal to the mesh's own when nothing can be done
-std::vector<std::uint8_t> refined(const Mesh& mesh, const std::vector<double>& deviation, double keep);
+/// Quarters the elements that have most of the deviation, until no more than a share of it is left. What would become of it is seen
+/// by a look at the first of the light with elements a quarter as large along each side: no feature is missed that those meet.
+/// @param keep  share in (0, 1) of the deviation that may be left
+/// @returns the mesh itself when little can be done: elements an eighth as wide as their place stay, and where all deviate alike all
+///          elements may as well be smaller
+/// @cost    about a first pass
+std::shared_ptr<const Mesh> refined_mesh(const std::shared_ptr<const Scene>& scene,
+                                         const std::shared_ptr<const Mesh>& mesh, double keep, const Parallel& parallel);
 
 }  // namespace lichthof

@@ -18,7 +18,8 @@ bool nothing_is_hidden(const Scene& scene, const Mesh& mesh) {
 }
 
 double default_eps(const Scene& scene, const Mesh& mesh, TransferMethod method) {
-  return method == TransferMethod::rays && nothing_is_hidden(scene, mesh) ? 1e-5 : SolveOptions{}.eps;
+  if (method == TransferMethod::hemicube) return 5e-4;
+  return nothing_is_hidden(scene, mesh) ? 1e-5 : SolveOptions{}.eps;
 }
 
 }  // namespace lichthof

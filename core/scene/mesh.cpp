@@ -177,16 +177,18 @@ std::vector<Polygon> limited(std::vector<Polygon> polygons, std::size_t most) {
 
 // ---- The cutter -------------------------------------------------------------------------------------------------------
 
-/// Of every patch, where elements are asked for that are smaller than the 16 places a patch shoots from.
-std::uint8_t base_fineness(const MeshOptions& options) {
+/// How often every place is quartered, where elements are asked for that are smaller than the 16 places a patch shoots from.
+int base_levels(const MeshOptions& options) {
   const double places_along = options.patch_size / options.element_size / 4;
-  const double doublings = std::clamp(std::round(std::log2(places_along)), 0.0, 3.0);
-  return static_cast<std::uint8_t>(1 << static_cast<int>(doublings));
+  return static_cast<int>(std::clamp(std::round(std::log2(places_along)), 0.0, 3.0));
 }
+
+/// Of a place that shoots (m).
+double usual_place_size(const MeshOptions& options) { return options.element_size * (1 << base_levels(options)); }
 
 /// How many times a group is halved along each axis: until about 8x8 elements that shoot have become patches.
 int halvings(const MeshOptions& options) {
-  const double places_along = options.patch_size / (options.element_size * base_fineness(options));
+  const double places_along = options.patch_size / usual_place_size(options);
   return 3 - static_cast<int>(std::clamp(std::round(std::log2(places_along)), 0.0, 2.0));
 }
 
@@ -322,15 +324,9 @@ class Cutter {
       patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
     choose_grid(patch, place_size(surface, patch.back));
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
-    add_elements(patch);
+    divide(patch);
     if (mesh_.elements.size() == patch.first_element) return;
-    if (const std::uint8_t fineness = fineness_of(mesh_.patches.size()); fineness > 1) {
-      mesh_.elements.resize(patch.first_element);
-      patch.fineness = fineness;
-      patch.columns = static_cast<std::uint8_t>(patch.columns * fineness);
-      patch.rows = static_cast<std::uint8_t>(patch.rows * fineness);
-      add_elements(patch);
-    }
+    place_count_ += std::size_t{shooting_columns(patch)} * shooting_rows(patch);
     patch.element_count = static_cast<std::uint32_t>(mesh_.elements.size()) - patch.first_element;
     patch.reflectance = mean_reflectance(patch, plane, surface);
     if (!patch.back) patch.exitance = std::numbers::pi * scene_.material_of(surface).radiance;
@@ -345,7 +341,7 @@ class Cutter {
   /// Of a place that shoots (m). The edges of a luminaire's shadows have as many steps as it has places: all luminaires together
   /// have some 256, by their power, however coarse the mesh is. Pieces of a large one, or one lamp of very many, need no own.
   double place_size(const Surface& surface, bool back) const {
-    const double usual = mesh_.options.element_size * base_fineness(mesh_.options);
+    const double usual = usual_place_size(mesh_.options);
     const double emitted = back ? 0.0 : emitted_by(surface);
     if (!(emitted > 0)) return usual;
     constexpr double places_of_all = 256, worth_it = 4;
@@ -383,38 +379,55 @@ class Cutter {
     }
   }
 
-  std::uint8_t fineness_of(std::size_t patch) const {
-    return patch < mesh_.fineness.size() ? mesh_.fineness[patch] : base_fineness(mesh_.options);
+  PlaceTree tree_of(std::size_t place) const {
+    return place < mesh_.places.size() ? mesh_.places[place] : as_options_ask_;
   }
 
-  /// In the order of 4x4 tiles, so that sixteen in a row are neighbours: they become one vector of receivers.
-  void add_elements(const Patch& patch) {
-    constexpr std::uint8_t tile = 4;
-    const bool is_tiled = patch.fineness > 1;
-    const std::uint8_t high = is_tiled ? tile : patch.rows, wide = is_tiled ? tile : patch.columns;
-    for (std::uint8_t top = 0; top < patch.rows; top = static_cast<std::uint8_t>(top + high))
-      for (std::uint8_t left = 0; left < patch.columns; left = static_cast<std::uint8_t>(left + wide))
-        add_elements(patch, left, std::min<int>(left + wide, patch.columns), top,
-                     std::min<int>(top + high, patch.rows));
+  /// Makes the elements of a patch, whose grid is that of its places so far.
+  void divide(Patch& patch) {
+    const int columns = patch.columns, rows = patch.rows;
+    int levels = 0;
+    for (int k = 0; k < columns * rows; ++k)
+      levels = std::max(levels, tree_of(place_count_ + static_cast<std::size_t>(k)).levels());
+    patch.fineness = static_cast<std::uint8_t>(1 << levels);
+    patch.columns = static_cast<std::uint8_t>(columns << levels);
+    patch.rows = static_cast<std::uint8_t>(rows << levels);
+    // Sixteen in a row become one vector of receivers: divided places go by tiles of 2x2, so that they are neighbours.
+    const int high = levels > 0 ? 2 : rows, wide = levels > 0 ? 2 : columns;
+    for (int top = 0; top < rows; top += high)
+      for (int left = 0; left < columns; left += wide)
+        for (int row = top; row < std::min(top + high, rows); ++row)
+          for (int column = left; column < std::min(left + wide, columns); ++column)
+            add_elements(patch, tree_of(place_count_ + static_cast<std::size_t>(row * columns + column)), {},
+                         column << levels, row << levels, 1 << levels);
   }
 
-  void add_elements(const Patch& patch, int left, int right, int top, int bottom) {
-    const std::span<const Vec2> polygon = mesh_.polygon(patch.polygon);
-    const Vec2 step = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
-    for (auto row = static_cast<std::uint8_t>(top); row < bottom; ++row)
-      for (auto column = static_cast<std::uint8_t>(left); column < right; ++column) {
-        const Vec2 lo = patch.lo + step * Vec2{column, row}, hi = lo + step;
-        Polygon2 piece(polygon.begin(), polygon.end());
-        const double slack = 1e-9 * (step.x + step.y);
-        if (column > 0) piece = clipped(piece, Vec2{1, 0}, lo.x, slack);
-        if (column + 1 < patch.columns && !piece.empty()) piece = clipped(piece, Vec2{-1, 0}, -hi.x, slack);
-        if (row > 0 && !piece.empty()) piece = clipped(piece, Vec2{0, 1}, lo.y, slack);
-        if (row + 1 < patch.rows && !piece.empty()) piece = clipped(piece, Vec2{0, -1}, -hi.y, slack);
-        if (piece.empty()) continue;
-        const double piece_area = signed_area(piece);
-        if (!(piece_area > 1e-9 * step.x * step.y)) continue;
-        mesh_.elements.push_back({centroid(std::span<const Vec2>(piece)), static_cast<float>(piece_area), column, row});
-      }
+  /// @param column  row, span: where the node lies in the patch's grid
+  void add_elements(const Patch& patch, const PlaceTree& tree, const PlaceTree::Node& node, int column, int row,
+                    int span) {
+    if (!tree.is_divided(node)) {
+      add_element(patch, column, row, span);
+      return;
+    }
+    const int half = span / 2;
+    for (const int down : {0, 1})
+      for (const int right : {0, 1})
+        add_elements(patch, tree, node.quarter(right, down), column + right * half, row + down * half, half);
+  }
+
+  void add_element(const Patch& patch, int column, int row, int span) {
+    Element element;
+    element.column = static_cast<std::uint8_t>(column), element.row = static_cast<std::uint8_t>(row);
+    element.span = static_cast<std::uint8_t>(span);
+    const Polygon2 piece = mesh_.element_polygon(patch, element);
+    if (piece.empty()) return;
+    const double piece_area = signed_area(piece);
+    Vec2 lo, hi;
+    mesh_.element_rectangle(patch, element, lo, hi);
+    if (!(piece_area > 1e-9 * (hi.x - lo.x) * (hi.y - lo.y))) return;
+    element.centre = centroid(std::span<const Vec2>(piece));
+    element.area = static_cast<float>(piece_area);
+    mesh_.elements.push_back(element);
   }
 
   Rgb mean_reflectance(const Patch& patch, const Plane& plane, const Surface& surface) const {
@@ -432,7 +445,9 @@ class Cutter {
 
   const Scene& scene_;
   Mesh& mesh_;
-  double emitted_ = 0;  ///< by all, as emitted_by()
+  PlaceTree as_options_ask_ = PlaceTree::uniform(base_levels(mesh_.options));
+  std::size_t place_count_ = 0;  ///< of all patches so far
+  double emitted_ = 0;           ///< by all, as emitted_by()
   double tolerance_;
   PlaneTable planes_;
 };
@@ -449,14 +464,44 @@ double lit_area(const Scene& scene, std::span<const LitSides> lit) {
 
 }  // namespace
 
+Polygon2 Mesh::element_polygon(const Patch& patch, const Element& element) const {
+  Vec2 lo, hi;
+  element_rectangle(patch, element, lo, hi);
+  const std::span<const Vec2> whole = polygon(patch.polygon);
+  Polygon2 piece(whole.begin(), whole.end());
+  // Only along lines inside the patch, so that its own corners stay where they are.
+  const double slack = 1e-9 * (hi.x - lo.x + hi.y - lo.y);
+  const auto cut = [&](bool inside, const Vec2& normal, double offset) {
+    if (inside && !piece.empty()) piece = clipped(piece, normal, offset, slack);
+  };
+  cut(element.column > 0, {1, 0}, lo.x);
+  cut(element.column + element.span < patch.columns, {-1, 0}, -hi.x);
+  cut(element.row > 0, {0, 1}, lo.y);
+  cut(element.row + element.span < patch.rows, {0, -1}, -hi.y);
+  return piece;
+}
+
+std::vector<PlaceTree> places_of(const Mesh& mesh) {
+  std::vector<PlaceTree> places;
+  for (const Patch& patch : mesh.patches) {
+    const std::size_t first = places.size();
+    places.resize(first + std::size_t{shooting_columns(patch)} * shooting_rows(patch));
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
+      const PlaceTree::Node node = node_of(patch, mesh.elements[e]);
+      if (node.level > 0) places[first + shooting_place(patch, mesh.elements[e])].divide(node.parent());
+    }
+  }
+  return places;
+}
+
 Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
-             std::span<const std::uint8_t> fineness) {
+             std::span<const PlaceTree> places) {
   MUST(!scene.surfaces.empty());
   MUST(lit.empty() || lit.size() == scene.surfaces.size());
   Mesh mesh;
   mesh.options = options;
   mesh.lit_sides.assign(lit.begin(), lit.end());
-  mesh.fineness.assign(fineness.begin(), fineness.end());
+  mesh.places.assign(places.begin(), places.end());
   const Box box = bounds(scene);
   const double extent = std::max({box.size().x, box.size().y, box.size().z});
   if (mesh.options.patch_size <= 0) {
@@ -475,8 +520,6 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
     cutter.cut_side(s, false, sides.front);
     if (sides.back) cutter.cut_side(s, true, true);
   }
-  if (fineness.empty() && base_fineness(mesh.options) > 1)
-    for (const Patch& patch : mesh.patches) mesh.fineness.push_back(patch.fineness);
   return mesh;
 }
 

@@ -6,8 +6,8 @@
 /// of the halves where patches are of few elements: a group is about 8x8 elements whatever their size, so up to 8x8 patches.
 /// *Elements* receive: a patch has up to 16, a grid of its bounding rectangle clipped to its polygon; luminaires more than others
 /// where the mesh is coarse, for the edges of their shadows. Where
-/// the light asks for it (core/light/refinement) each of them is divided into 2x2, 4x4 or 8x8: the patch receives in more
-/// places, and shoots from its 16 as before, so that fine receivers cost no finer shooters.
+/// the light asks for it (core/light/refinement) they are divided by quadtrees (core/scene/place_tree) into as many as 8x8: the patch
+/// receives in more places, and shoots from its 16 as before, so that fine receivers cost no finer shooters.
 /// Group, patch and element are all convex polygons of one plane.
 #pragma once
 
@@ -18,6 +18,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/types.hpp"
+#include "core/scene/place_tree.hpp"
 #include "core/scene/scene.hpp"
 
 namespace lichthof {
@@ -62,8 +63,8 @@ struct Patch {
   /// Which of the group's quarters it lies in, times 4, and which quarter of that: in ascending order within the group, 0 where
   /// it has no such.
   std::uint8_t branch = 0;
-  std::uint8_t columns = 1, rows = 1;  ///< of elements
-  std::uint8_t fineness = 1;           ///< 1, 2, 4 or 8: elements on each side of a place; places shoot, 16 at most
+  std::uint8_t columns = 1, rows = 1;  ///< of its smallest elements
+  std::uint8_t fineness = 1;  ///< 1, 2, 4 or 8: of the smallest elements on each side of a place; places shoot, 16 at most
   std::uint32_t first_element = 0;
   std::uint32_t element_count = 0;  ///< ≤ columns * rows; empty ones are left out
   CornerRange polygon;
@@ -78,7 +79,8 @@ struct Patch {
 struct Element {
   Vec2 centre;     ///< centre of gravity in plane coordinates (m)
   float area = 0;  ///< m²
-  std::uint8_t column = 0, row = 0;
+  std::uint8_t column = 0, row = 0;  ///< of its low corner in the patch's grid
+  std::uint8_t span = 1;             ///< 1, 2, 4 or 8: columns and rows of that grid it takes
 };
 
 /// Places of the grid a patch shoots from.
@@ -90,6 +92,14 @@ inline std::uint32_t shooting_rows(const Patch& patch) {
 }
 inline std::size_t shooting_place(const Patch& patch, const Element& element) {
   return std::size_t{element.row} / patch.fineness * shooting_columns(patch) + element.column / patch.fineness;
+}
+
+/// An element in the tree of its place.
+inline PlaceTree::Node node_of(const Patch& patch, const Element& element) {
+  PlaceTree::Node node;
+  while (element.span << node.level < patch.fineness) ++node.level;
+  node.column = element.column % patch.fineness / element.span, node.row = element.row % patch.fineness / element.span;
+  return node;
 }
 
 struct MeshOptions {
@@ -115,23 +125,29 @@ struct Mesh {
   std::vector<std::uint8_t> group_is_lit;  ///< 0: dormant, light can not get there
   // What mesh_of() was given: the mesh follows from these, the scene and `options`.
   std::vector<LitSides> lit_sides;
-  std::vector<std::uint8_t> fineness;  ///< per patch; empty: 1 everywhere
+  std::vector<PlaceTree> places;  ///< of the places of all patches, row by row; empty: all alike, as `options` ask
 
   std::span<const Vec2> polygon(const CornerRange& range) const { return {corners.data() + range.first, range.count}; }
   /// Rectangle of an element in plane coordinates, before clipping to the patch.
   void element_rectangle(const Patch& patch, const Element& element, Vec2& lo, Vec2& hi) const {
     const Vec2 size = (patch.hi - patch.lo) / Vec2{patch.columns, patch.rows};
     lo = patch.lo + size * Vec2{element.column, element.row};
-    hi = lo + size;
+    hi = lo + size * static_cast<double>(element.span);
   }
+  /// What the patch leaves of that rectangle; empty where it leaves nothing.
+  Polygon2 element_polygon(const Patch& patch, const Element& element) const;
 };
 
 /// Cuts a scene. Glass gets no patches: light passes it.
 /// @param lit  one entry per surface, or empty for "everything may be lit"
-/// @param fineness  one entry per patch of the mesh without it (the patches are the same), or empty: 1, or what small elements ask for
+/// @param places  how the places of all patches are divided, row by row (the patches are the same however that is), or empty: as the
+///                sizes in `options` ask
 /// @cost  O(patches), about 1 µs each
 /// @source paper §2 (grids projected onto every surface)
 Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
-             std::span<const std::uint8_t> fineness = {});
+             std::span<const PlaceTree> places = {});
+
+/// How the places of a mesh are divided, also where that follows from its options.
+std::vector<PlaceTree> places_of(const Mesh& mesh);
 
 }  // namespace lichthof

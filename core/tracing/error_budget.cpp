@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/base/check.hpp"
 
@@ -22,8 +23,8 @@ constexpr double ray_law = 0.7, seen_from_afar_law = 0.7, mesh_law = 0.5;
 /// Unshot light at the same eps grows with the number of shooters: two_rooms, 19 000 to 112 000 elements, powers .53 and .69.
 constexpr double unshot_law = 0.6;
 constexpr std::uint32_t first_gather = 64;
-/// Of the deviations, at the least, in one turn: what is refined must be seen before it is refined again.
-constexpr double least_kept = 0.4;
+/// Of the deviations: they are not quite the error, and less than half is not worth a turn.
+constexpr double least_kept = 0.1, most_kept = 0.5;
 
 /// How much further a knob goes so that its part shrinks to its share, if it falls with the knob's power `-law`.
 double turn_for(double part, double wanted, double law, double share = fair_share) {
@@ -83,20 +84,23 @@ std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts,
     part = 0;
   };
   const double fair = std::sqrt(fair_share) * wanted;
+  if (now.direct_is_solved()) {
+    // Direct light, and what a gather at the point would make of the rest, are matters of receivers: they become smaller where it
+    // is due, and if that was not enough, or shooters are to blame, all do.
+    const double receivers = std::hypot(own.visibility, own.reconstruction), fair_for_both = std::numbers::sqrt2 * fair;
+    const bool was_in_vain = now.keep < 1 && own.reconstruction > own.visibility;
+    if (limits.turns_elements && receivers > fair_for_both && receivers > own.discretisation && !was_in_vain) {
+      next.keep = std::clamp(std::pow(fair_for_both / receivers, 2), least_kept, most_kept);
+      own.discretisation = own.reconstruction = own.visibility = 0;
+    }
+  }
   if (!now.is_gathered() && limits.turns_gather && own.reconstruction > fair) {
     next.gather_rays = first_gather;
     own.reconstruction = 0;
   } else if (!now.is_gathered()) {
     move_to_mesh(own.reconstruction);
   }
-  if (now.direct_is_solved()) {
-    // Edges of shadows want smaller receivers, and only there; all other light wants finer shooters as well.
-    if (limits.turns_elements && own.visibility > fair && own.visibility > own.discretisation) {
-      next.keep = std::max(std::pow(fair / own.visibility, 2), least_kept);
-      own.discretisation = 0;
-    }
-    move_to_mesh(own.visibility);
-  }
+  if (now.direct_is_solved()) move_to_mesh(own.visibility);
   if (limits.turns_direct)
     next.direct_rays =
         further(now.direct_rays, turn_for(own.visibility, wanted, ray_law), ErrorLimits::most_direct_rays);

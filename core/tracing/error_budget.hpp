@@ -19,7 +19,7 @@ namespace lichthof {
 
 struct ErrorKnobs {
   std::uint32_t elements = 12000;
-  double eps = 5e-4;
+  double eps = SolveOptions{}.eps;
   std::uint32_t gather_rays = 0;    ///< 0: the solution is interpolated
   std::uint32_t direct_rays = 512;  ///< to all luminaires together; 0: direct light is interpolated too
   double keep =

@@ -43,9 +43,14 @@ FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mes
     places_.resize(places_.size() + std::size_t{patch.columns} * patch.rows, none);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
       const Element& element = mesh_->elements[e];
-      places_[grid.first + std::uint32_t{element.row} * patch.columns + element.column] = e;
+      for (int row = element.row; row < element.row + element.span; ++row)
+        for (int column = element.column; column < element.column + element.span; ++column)
+          places_[place_of(grid, column, row)] = e;
+      grid.spans |= element.span;
+      grid.widest = std::max<int>(grid.widest, element.span);
       patch_of_[e] = p;
-      share_[e] = static_cast<float>(std::clamp(element.area / (grid.step.x * grid.step.y), 1e-6, 1.0));
+      const Vec2 size = size_of(e);
+      share_[e] = static_cast<float>(std::clamp(element.area / (size.x * size.y), 1e-6, 1.0));
     }
     plane_of_side_[2 * patch.surface.value + patch.back] = patch.plane.value;
   }
@@ -63,7 +68,7 @@ void FieldGeometry::file_patches() {
     if (!mesh_->group_is_lit[mesh_->patches[p].group.value]) continue;  // dark sides must not darken their neighbours
     Extent& extent = extents[mesh_->patches[p].plane.value];
     extent.lo = glm::min(extent.lo, mesh_->patches[p].lo), extent.hi = glm::max(extent.hi, mesh_->patches[p].hi);
-    extent.reach = glm::max(extent.reach, 0.5001 * grids_[p].step);
+    extent.reach = glm::max(extent.reach, 0.5001 * widest_size(grids_[p]));
     extent.patches.push_back(p);
   }
 
@@ -110,7 +115,7 @@ void FieldGeometry::find_contacts(const Scene& scene) {
         const std::uint32_t bin = bins.first + static_cast<std::uint32_t>(row * bins.columns + column);
         Vec2 step{0.0};
         for (std::uint32_t k = bin_first_[bin]; k < bin_first_[bin + 1]; ++k)
-          step = glm::max(step, grids_[bin_patches_[k]].step);
+          step = glm::max(step, widest_size(grids_[bin_patches_[k]]));
         if (step.x > 0) {
           const Vec2 lo = bins.lo + Vec2{column, row} / bins.inverse_size - contact_reach * step;
           const Vec2 hi = bins.lo + Vec2{column + 1, row + 1} / bins.inverse_size + contact_reach * step;
@@ -146,20 +151,25 @@ void FieldGeometry::find(SurfaceId surface, bool back, const Vec3& point, Neighb
 
   for (std::uint32_t k = bin_first_[bin]; k < bin_first_[bin + 1]; ++k) {
     const PatchGrid& grid = grids_[bin_patches_[k]];
-    // Middles of the elements lie at whole numbers; a tent reaches one unit.
-    const double x = (found.at.x - grid.lo.x) * grid.inverse_step.x - 0.5,
-                 y = (found.at.y - grid.lo.y) * grid.inverse_step.y - 0.5;
-    if (!(x > -1 && x < grid.columns && y > -1 && y < grid.rows)) continue;
-    const int column = static_cast<int>(x + 1) - 1, row = static_cast<int>(y + 1) - 1;
-    const double fx = x - column, fy = y - row;
-    for (int corner = 0; corner < 4; ++corner) {
-      const int c = column + (corner & 1), r = row + (corner >> 1);
-      if (c < 0 || r < 0 || c >= grid.columns || r >= grid.rows) continue;
-      const std::uint32_t element = at(grid, c, r);
-      const double weight = (corner & 1 ? fx : 1 - fx) * (corner >> 1 ? fy : 1 - fy);
-      if (element == none || weight <= 0 || found.count == found.items.size()) continue;
-      if (separated(bins, bin, found.at, centre(element))) continue;
-      found.items[found.count++] = {element, static_cast<float>(weight) * share_[element]};
+    const Vec2 place = (found.at - grid.lo) * grid.inverse_step;
+    for (int span = 1; span <= grid.widest; span *= 2) {
+      if (!(grid.spans & span)) continue;
+      // Middles of the elements of this size lie at whole numbers; a tent reaches one unit.
+      const int columns = grid.columns / span, rows = grid.rows / span;
+      const double x = place.x / span - 0.5, y = place.y / span - 0.5;
+      if (!(x > -1 && x < columns && y > -1 && y < rows)) continue;
+      const int column = static_cast<int>(x + 1) - 1, row = static_cast<int>(y + 1) - 1;
+      const double fx = x - column, fy = y - row;
+      for (int corner = 0; corner < 4; ++corner) {
+        const int c = column + (corner & 1), r = row + (corner >> 1);
+        if (c < 0 || r < 0 || c >= columns || r >= rows) continue;
+        const std::uint32_t element = at(grid, c * span, r * span);
+        if (element == none || mesh_->elements[element].span != span) continue;
+        const double weight = (corner & 1 ? fx : 1 - fx) * (corner >> 1 ? fy : 1 - fy);
+        if (weight <= 0 || found.count == found.items.size()) continue;
+        if (separated(bins, bin, found.at, centre(element))) continue;
+        found.items[found.count++] = {element, static_cast<float>(weight) * share_[element]};
+      }
     }
   }
   if (found.count == 0) nearest_visible(bins, bin, found);
@@ -169,8 +179,7 @@ void FieldGeometry::nearest_visible(const PlaneBins& bins, std::uint32_t bin, Ne
   double best = 1e300, best_any = 1e300;
   std::uint32_t chosen = none, any = none;
   for (std::uint32_t k = bin_first_[bin]; k < bin_first_[bin + 1]; ++k)
-    for (const std::uint32_t element : elements_of(grids_[bin_patches_[k]])) {
-      if (element == none) continue;
+    for (const std::uint32_t element : elements_of(bin_patches_[k])) {
       const Vec2 d = centre(element) - found.at;
       const double distance = glm::dot(d, d);
       if (distance < best_any) best_any = distance, any = element;
@@ -198,8 +207,7 @@ std::optional<std::uint32_t> FieldGeometry::element_at(SurfaceId surface, bool b
     const std::uint32_t own = at(grid, column, row);
     if (own != none && share_[own] > 0.999f) return own;
     // At slanted borders rectangles overlap: the nearest centre wins.
-    for (const std::uint32_t element : elements_of(grid)) {
-      if (element == none) continue;
+    for (const std::uint32_t element : elements_of(bin_patches_[k])) {
       const Vec2 d = centre(element) - p;
       if (glm::dot(d, d) < best) best = glm::dot(d, d), chosen = element;
     }
@@ -222,17 +230,22 @@ std::vector<std::uint32_t> FieldGeometry::touching(std::uint32_t element) const 
   if (bins.columns == 0) return found;
   Vec2 lo, hi;
   mesh_->element_rectangle(patch, mesh_->elements[element], lo, hi);
-  const Vec2 middle = 0.5 * (lo + hi), size = hi - lo;
+  const Vec2 size = hi - lo;
   const std::uint32_t bin = bin_of(bins, centre(element));
   for (std::uint32_t k = bin_first_[bin]; k < bin_first_[bin + 1]; ++k) {
     const PatchGrid& grid = grids_[bin_patches_[k]];
-    for (int row = 0; row < grid.rows; ++row)
-      for (int column = 0; column < grid.columns; ++column) {
+    const Vec2 slack = 1e-4 * (size + grid.step);
+    const Vec2 first = glm::floor((lo - slack - grid.lo) * grid.inverse_step),
+               last = glm::floor((hi + slack - grid.lo) * grid.inverse_step);
+    const auto left = static_cast<int>(std::max(first.x, 0.0)), top = static_cast<int>(std::max(first.y, 0.0));
+    const auto right = static_cast<int>(std::min(last.x, grid.columns - 1.0)),
+               bottom = static_cast<int>(std::min(last.y, grid.rows - 1.0));
+    for (int row = top; row <= bottom; ++row)
+      for (int column = left; column <= right; ++column) {
         const std::uint32_t other = at(grid, column, row);
         if (other == none || other == element) continue;
-        const Vec2 apart =
-            glm::abs(grid.lo + (Vec2{column, row} + 0.5) * grid.step - middle) - 0.5001 * (size + grid.step);
-        if (apart.x > 0 || apart.y > 0) continue;
+        const Element& e = mesh_->elements[other];
+        if (column != std::max<int>(e.column, left) || row != std::max<int>(e.row, top)) continue;  // seen already
         if (!separated(bins, bin, centre(element), centre(other))) found.push_back(other);
       }
   }
@@ -260,7 +273,10 @@ IrradianceField::Node IrradianceField::fitted(std::uint32_t element, std::span<c
     const Rgb difference = values[other] - values[element];
     uu += weight * d.x * d.x, uv += weight * d.x * d.y, vv += weight * d.y * d.y;
     right_u += weight * d.x * difference, right_v += weight * d.y * difference;
-    lowest = glm::min(lowest, values[other]), highest = glm::max(highest, values[other]);
+    // What a smaller neighbour, nearer by, differs by is carried on to where one of the same size would be.
+    const Vec2 sizes = glm::abs(d) / geometry_->size_of(element);
+    const Rgb far = values[element] + difference / std::clamp(std::max(sizes.x, sizes.y), 0.5, 1.0);
+    lowest = glm::min(lowest, far), highest = glm::max(highest, far);
   }
 
   // Least squares by the two principal directions; a direction without neighbours has no slope.
@@ -295,7 +311,7 @@ Rgb IrradianceField::at(SurfaceId surface, bool back, const Vec3& point) const {
   geometry_->find(surface, back, point, near);
   if (near.count == 0) return Rgb{0.0};
   float total = 0;
-  Vec2 centre{0.0}, size{0.0};
+  Vec2 centre{0.0}, widest{0.0};
   Rgbf value{0.f}, slope_u{0.f}, slope_v{0.f};
   for (std::uint32_t k = 0; k < near.count; ++k) {
     const auto [element, weight] = near.items[k];
@@ -303,11 +319,11 @@ Rgb IrradianceField::at(SurfaceId surface, bool back, const Vec3& point) const {
     total += weight;
     value += weight * node.value, slope_u += weight * node.slope_u, slope_v += weight * node.slope_v;
     centre += static_cast<double>(weight) * geometry_->centre(element);
-    size += static_cast<double>(weight) * geometry_->size_of(element);
+    widest = glm::max(widest, geometry_->size_of(element));
   }
   const double scale = 1.0 / total;
   // Slopes hold near their elements; where contact lines leave only far ones, they are not carried on.
-  const Vec2 reach = slope_reach * scale * size;
+  const Vec2 reach = slope_reach * widest;
   const Vec2 rest = glm::clamp(near.at - scale * centre, -reach, reach);
   return glm::max(scale * (Rgb{value} + rest.x * Rgb{slope_u} + rest.y * Rgb{slope_v}), Rgb{0.0});
 }

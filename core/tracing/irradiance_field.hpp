@@ -15,6 +15,7 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <vector>
 
@@ -53,7 +54,9 @@ class FieldGeometry {
   /// Elements that touch this one or share a corner with it, and no contact line runs between their centres.
   std::vector<std::uint32_t> touching(std::uint32_t element) const;
   Vec2 centre(std::uint32_t element) const { return mesh_->elements[element].centre; }
-  Vec2 size_of(std::uint32_t element) const { return grids_[patch_of_[element]].step; }
+  Vec2 size_of(std::uint32_t element) const {
+    return grids_[patch_of_[element]].step * static_cast<double>(mesh_->elements[element].span);
+  }
   /// Without the mesh.
   std::size_t memory_bytes() const {
     return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, places_, patch_of_,
@@ -62,10 +65,12 @@ class FieldGeometry {
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
-  /// The elements of one patch by their place in its grid.
+  /// The elements of one patch by their place in the grid of its smallest; larger ones take several places.
   struct PatchGrid {
     Vec2 lo{0.0}, step{0.0}, inverse_step{0.0};
     int columns = 0, rows = 0;
+    int spans = 0;   ///< Element::span of all elements, by or: each is a power of 2
+    int widest = 1;  ///< the largest of them
     std::uint32_t surface = 0;
     bool back = false;
     std::uint32_t first = 0;  ///< of its places in places_
@@ -80,13 +85,16 @@ class FieldGeometry {
   void file_patches();
   void find_contacts(const Scene& scene);
   std::uint32_t bin_of(const PlaneBins& bins, const Vec2& p) const;
+  static std::size_t place_of(const PatchGrid& grid, int column, int row) {
+    return grid.first + static_cast<std::size_t>(row * grid.columns + column);
+  }
   /// The element at a place of a grid; none where the polygon leaves nothing.
-  std::uint32_t at(const PatchGrid& grid, int column, int row) const {
-    return places_[grid.first + static_cast<std::uint32_t>(row * grid.columns + column)];
+  std::uint32_t at(const PatchGrid& grid, int column, int row) const { return places_[place_of(grid, column, row)]; }
+  auto elements_of(std::uint32_t patch) const {
+    const Patch& p = mesh_->patches[patch];
+    return std::views::iota(p.first_element, p.first_element + p.element_count);
   }
-  std::span<const std::uint32_t> elements_of(const PatchGrid& grid) const {
-    return std::span(places_).subspan(grid.first, static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
-  }
+  static Vec2 widest_size(const PatchGrid& grid) { return grid.step * static_cast<double>(grid.widest); }
   bool separated(const PlaneBins& bins, std::uint32_t bin, const Vec2& point, const Vec2& centre) const;
   void nearest_visible(const PlaneBins& bins, std::uint32_t bin, Neighbours& found) const;
 

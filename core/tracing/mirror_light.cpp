@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "core/light/cell_light.hpp"
 #include "core/light/form_factor.hpp"
+#include "core/light/one_cell.hpp"
 #include "core/tracing/lit_scene.hpp"
 #include "core/tracing/mirror_images.hpp"
 #include "core/tracing/scattering.hpp"
@@ -116,10 +116,7 @@ std::vector<Rgb> shown_by_mirrors(const LitScene& lit, const std::vector<MirrorS
 /// Nothing shot yet, and what mirrors show of luminaires received.
 Solution luminaires_by_mirrors(const MirrorImages& images, std::shared_ptr<const Scene> scene,
                                std::shared_ptr<const Mesh> mesh, const Parallel& parallel) {
-  Solution solution;
-  solution.scene = std::move(scene), solution.mesh = std::move(mesh);
-  for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
-    values->assign(solution.mesh->elements.size(), Rgbf{0.f});
+  Solution solution = blank_solution(std::move(scene), std::move(mesh));
   for_each_element(*solution.mesh, parallel, [&](std::uint32_t e, const Vec3& point, const Vec3& normal) {
     std::uint64_t rays = 0;
     solution.irradiance[e] = solution.direct_irradiance[e] =
@@ -128,28 +125,13 @@ Solution luminaires_by_mirrors(const MirrorImages& images, std::shared_ptr<const
   return solution;
 }
 
-/// All that has been received so far is shot on, in one cell.
-void shoot(Solution& solution, const Parallel& parallel) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
-  std::vector<GroupId> groups(solution.mesh->groups.size());
-  for (std::uint32_t g = 0; g < groups.size(); ++g) groups[g] = GroupId{g};
-  CellLight light(solution.scene, solution.mesh, groups, Box{Vec3{-infinite}, Vec3{infinite}}, {},
-                  std::shared_ptr<const Parallel>(std::shared_ptr<void>(), &parallel));  // not its own
-  light.load(solution);
-  const double least = coarse_eps * light.largest_initial_power();
-  std::uint64_t shots = 0;
-  for (auto next = light.strongest(); next.power_w > least; next = light.strongest())
-    light.receive(light.take_shot(next.group, {CellId{0}, shots++}, {}), nullptr);
-  light.store(solution, expected_light(light.outlook()));
-}
-
 /// The scene's light as few elements hold it.
 Solution coarse_light(const MirrorImages& images, const Solution& fine, const Parallel& parallel) {
   MeshOptions options;
   options.target_elements = coarse_elements;
   Solution solution = luminaires_by_mirrors(
       images, fine.scene, std::make_shared<const Mesh>(mesh_of(*fine.scene, options, fine.mesh->lit_sides)), parallel);
-  shoot(solution, parallel);
+  shoot_in_one_cell(solution, coarse_eps, parallel);
   return solution;
 }
 

@@ -43,6 +43,18 @@ class PlaceSeeds {
 
 }  // namespace
 
+ProbeOptions probe_options(std::uint32_t gather_rays, std::uint32_t direct_rays) {
+  ProbeOptions options;
+  options.indirect = gather_rays > 0 ? IndirectMethod::gather : IndirectMethod::interpolate;
+  if (gather_rays > 0) options.gather_rays = gather_rays;
+  // A luminaire has 64 parts at most: more rays than that go to other places of the same parts.
+  constexpr std::uint32_t most_at_once = 256;
+  options.direct.rays = std::min(direct_rays, most_at_once);
+  options.direct.most_per_luminaire = direct_rays < most_at_once ? 16 : 64;
+  options.direct_rounds = std::max(1u, direct_rays / most_at_once);
+  return options;
+}
+
 std::vector<PointLight> sensor_light(std::shared_ptr<const LitScene> scene, std::span<const SensorPoint> points,
                                      const ProbeOptions& options, const Parallel& parallel, std::uint64_t& rays) {
   const FinalGather gather(scene, options.gather_rays);

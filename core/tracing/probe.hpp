@@ -36,6 +36,9 @@ struct ProbeOptions {
   std::uint32_t direct_rounds = 1;
 };
 
+/// @param gather_rays  0: interpolated @param direct_rays  to all luminaires together, > 0
+ProbeOptions probe_options(std::uint32_t gather_rays, std::uint32_t direct_rays);
+
 /// Irradiance per sensor point, in their order. A point within 1e-5 of the scene's size of a surface whose normal
 /// agrees lies on that surface, and is not shadowed by it. A zero normal gives zero.
 /// @param rays  grows by the number of rays

@@ -27,7 +27,8 @@ ErrorOptions small_options() {
 }
 
 bool beats(const ErrorRun& one, const ErrorRun& other) {
-  return one.resolved && one.cpu_s < other.cpu_s && one.error < other.error;
+  return one.resolved && one.cpu_s <= other.cpu_s && one.error <= other.error &&
+         (one.cpu_s < other.cpu_s || one.error < other.error);
 }
 
 ErrorRun plain_run(const char* method, double cpu_s, double irradiance) {
@@ -70,6 +71,33 @@ TEST_SUITE("bench") {
     CHECK(figures["scenes"]["0"]["ratio"] == report.runs[0].ratio);
     CHECK(figures["scenes"]["0"]["smallest_error"] == report.runs[0].error);
     CHECK(figures["goals"]["scenes/0/ratio"]["met"] == true);
+  }
+
+  TEST_CASE("error: uniform meshes are compared with refined ones between the best of them") {
+    ErrorReport report;
+    report.scene = "0";
+    report.truth.points.resize(1);
+    report.truth.irradiance = {{Rgb{10}, Rgb{0}}};
+    const auto run = [](bool is_refined, std::uint32_t elements, double cpu_s, double error) {
+      ErrorRun made = plain_run("radiosity", cpu_s, 10 * (1 + error));
+      made.is_refined = is_refined, made.elements = elements;
+      return made;
+    };
+    // Both reach .01, which lies half way, in powers, between .02 and .005. One of each is no better than a coarser one.
+    report.runs = {run(false, 100, 1, .08),   run(false, 400, 2, .04),   run(false, 900, 3, .05),
+                   run(false, 6400, 32, .01), run(true, 80, 1, .06),     run(true, 200, 2, .02),
+                   run(true, 900, 9, .03),    run(true, 1200, 16, .005)};
+    judge(report);
+    REQUIRE(report.refinement);
+    CHECK(report.refinement->error == doctest::Approx(.01));
+    CHECK(report.refinement->elements == doctest::Approx(6400 / std::sqrt(200. * 1200)));
+    CHECK(report.refinement->cpu == doctest::Approx(32 / std::sqrt(2. * 16)));
+    const nlohmann::json figures = json(error_section(std::vector<ErrorReport>{report}));
+    CHECK(figures["refinement"]["cpu"] == report.refinement->cpu);
+    CHECK(figures["goals"]["refinement/elements"]["met"] == true);
+    report.runs.resize(4);
+    judge(report);
+    CHECK_FALSE(report.refinement);
   }
 
   TEST_CASE("error: in a furnace every method of ours is exact, and path tracing errs as it says") {
@@ -143,6 +171,7 @@ TEST_SUITE("bench") {
     CHECK(figures["scenes"]["room"]["ratio"].get<double>() >=
           figures["scenes"]["room"]["ratio_smallest"].get<double>());
     CHECK(figures["goals"].contains("scenes/room/ratio"));
+    CHECK(std::ranges::count_if(report->runs, &ErrorRun::is_refined) == 4);
     REQUIRE(runs["runs"].size() == report->runs.size());
     CHECK(table(*report).size() == report->runs.size() + report->growth.size() + 3);
 

@@ -59,7 +59,7 @@ TEST_SUITE("io") {
     double sum = 0;
     for (const Patch& patch : mesh.patches)
       for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
-        const double polygon_area = signed_area(element_polygon(mesh, patch, mesh.elements[e]));
+        const double polygon_area = signed_area(mesh.element_polygon(patch, mesh.elements[e]));
         CHECK(polygon_area == doctest::Approx(mesh.elements[e].area).epsilon(1e-5));
         sum += polygon_area;
       }

@@ -45,9 +45,9 @@ Solution small_solution() {
   solution.options.eps = 1e-3;
   solution.options.method = TransferMethod::hemicube;
   const std::vector<LitSides> lit{{true, false}, {true, true}};
-  std::vector<std::uint8_t> fineness(mesh_of(*scene, solution.options.mesh, lit).patches.size(), 1);
-  fineness.front() = 2, fineness.back() = 4;
-  solution.mesh = std::make_shared<const Mesh>(mesh_of(*scene, solution.options.mesh, lit, fineness));
+  std::vector<PlaceTree> places = places_of(mesh_of(*scene, solution.options.mesh, lit));
+  places.front().divide({0, 0, 0}), places.back().divide({1, 1, 0});
+  solution.mesh = std::make_shared<const Mesh>(mesh_of(*scene, solution.options.mesh, lit, places));
   solution.scene = scene;
   for (std::size_t e = 0; e < solution.mesh->elements.size(); ++e) {
     const float x = static_cast<float>(e);
@@ -151,8 +151,8 @@ TEST_SUITE("io") {
     check_error(read_solution(folder.write("t.lht", "a text")), folder / "t.lht", "is no solution file");
     check_error(read_solution(folder / ""), folder / "", "is a folder");
     REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {}));
-    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 6");
-    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 6, "solution file"}, {{"head", "x"}}));
+    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 7");
+    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 7, "solution file"}, {{"head", "x"}}));
     check_error(read_solution(folder / "e.lht"), folder / "e.lht", "damaged");
     CHECK_FALSE(is_solution_file(folder / "t.lht"));
   }

@@ -325,6 +325,6 @@ TEST_SUITE("mesh") {
       REQUIRE(shooting_rows(fine.patches[p]) == coarse.patches[p].rows);
     }
     // As a solution file makes it anew.
-    CHECK(mesh_of(*test::two_rooms(), fine.options, {}, fine.fineness).elements.size() == fine.elements.size());
+    CHECK(mesh_of(*test::two_rooms(), fine.options, {}, fine.places).elements.size() == fine.elements.size());
   }
 }

@@ -56,12 +56,16 @@ TEST_CASE("error_budget: edges of solved direct light ask for smaller elements t
 }
 
 TEST_CASE(
-    "error_budget: light that is read as the solution has it asks for a finer mesh, or for a gather where one may "
-    "come") {
+    "error_budget: light that is read as the solution has it asks for smaller receivers, then for a finer mesh, or for "
+    "a gather where one may come") {
   const ErrorKnobs interpolated{10000, 1e-3, 0, 256}, as_it_is{10000, 1e-3, 0, 0};
   ErrorLimits fixed;
   fixed.turns_gather = fixed.turns_direct = false;
-  CHECK(turned(as_it_is, {.reconstruction = 0.1}, 0.02, fixed)->elements > 10000);
+  const ErrorKnobs refined = *turned(as_it_is, {.reconstruction = 0.1}, 0.02, fixed);
+  CHECK(refined.keep < 1);
+  CHECK(refined.elements == 10000);
+  CHECK(turned(refined, {.reconstruction = 0.1}, 0.02, fixed)->elements > 10000);
+  CHECK(turned(as_it_is, {.visibility = 0.1, .discretisation = 0.2}, 0.02, fixed)->elements > 10000);
   const ErrorKnobs gathered = *turned(interpolated, {.reconstruction = 0.1}, 0.02, {});
   CHECK(gathered.is_gathered());
   CHECK(gathered.elements == 10000);

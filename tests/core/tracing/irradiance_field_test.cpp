@@ -59,6 +59,32 @@ TEST_CASE("irradiance_field: a linear field is exact everywhere, at the rim too"
   CHECK(worst < 5 * float_noise);
 }
 
+TEST_CASE("irradiance_field: a linear field is exact on elements of all sizes") {
+  Floor floor;
+  add_rectangle(floor.scene, {0, 0, 0}, {6, 0, 0}, {0, 4, 0}, add_material(floor.scene, diffuse(0.5)));
+  floor.finish(0.3);
+  std::vector<PlaceTree> places = places_of(*floor.mesh);
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    if (p % 3 == 1) places[p].divide({static_cast<int>(p / 3 % 3), 0, 0});
+    if (p % 7 == 2) places[p].divide({2, 1, 3});
+  }
+  floor.mesh = std::make_shared<Mesh>(mesh_of(floor.scene, floor.mesh->options, {}, places));
+  floor.geometry = std::make_shared<FieldGeometry>(floor.scene, floor.mesh);
+  const IrradianceField field = floor.field(linear);
+  Random random(3);
+  double worst = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 p{6 * random.unit(), 4 * random.unit(), 0};
+    const Rgb error = field.at(SurfaceId{0}, false, p) - linear(p);
+    worst = std::max({worst, std::abs(error.x), std::abs(error.y), std::abs(error.z)});
+    const auto element = floor.geometry->element_at(SurfaceId{0}, false, p);
+    REQUIRE(element);
+    const Vec2 apart = glm::abs(floor.geometry->centre(*element) - floor.mesh->planes[0].coordinates(p));
+    CHECK(glm::all(glm::lessThanEqual(apart, 0.5001 * floor.geometry->size_of(*element))));
+  }
+  CHECK(worst < 5 * float_noise);
+}
+
 TEST_CASE("irradiance_field: a linear field is exact on polygons that cut the elements askew, but for their tips") {
   Floor floor;
   const std::uint32_t grey = add_material(floor.scene, diffuse(0.5));

@@ -1,0 +1,29 @@
+#include "core/light/one_cell.hpp"
+
+#include <limits>
+
+namespace lichthof {
+
+void shoot_in_one_cell(Solution& solution, double eps, const Parallel& parallel) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  std::vector<GroupId> groups(solution.mesh->groups.size());
+  for (std::uint32_t g = 0; g < groups.size(); ++g) groups[g] = GroupId{g};
+  CellLight light(solution.scene, solution.mesh, groups, Box{Vec3{-infinite}, Vec3{infinite}}, {},
+                  std::shared_ptr<const Parallel>(std::shared_ptr<void>(), &parallel));  // not its own
+  light.load(solution);
+  const double least = eps * light.largest_initial_power();
+  std::uint64_t shots = 0;
+  for (auto next = light.strongest(); next.power_w > least; next = light.strongest())
+    light.receive(light.take_shot(next.group, {CellId{0}, shots++}, {}), nullptr);
+  light.store(solution, expected_light(light.outlook()));
+}
+
+Solution blank_solution(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh) {
+  Solution solution;
+  solution.scene = std::move(scene), solution.mesh = std::move(mesh);
+  for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
+    values->assign(solution.mesh->elements.size(), Rgbf{0.f});
+  return solution;
+}
+
+}  // namespace lichthof
