@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lichthof::apps {
@@ -108,10 +109,9 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
   for (int round = 1;; ++round) {
     const Stopwatch watch;
     if (!is_solved) {
-      if (Status solved = run.solve(); !solved) return solved.error();
       // A finer mesh wants to be refined where the one before had to be.
-      if (is_new_mesh && refined_to < 1 && !interruption.asked() && run.refine(refined_to))
-        if (Status solved = run.solve(); !solved) return solved.error();
+      if (is_new_mesh && refined_to < 1) run.refine(refined_to);
+      if (Status solved = run.solve(); !solved) return solved.error();
       solve_s = watch.seconds();
     }
     is_solved = true;
@@ -147,7 +147,8 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
       const double eps_before = knobs.eps;
       knobs = *next;
       const bool is_refined = knobs.keep < 1 && run.refine(knobs.keep);
-      if (knobs.keep < 1 && !is_refined) knobs.elements *= 2;  // all that may be refined is
+      // Little can be done in places: all elements become smaller.
+      if (knobs.keep < 1 && !is_refined) knobs.elements = std::min(2 * knobs.elements, limits.most_elements);
       if (is_refined) refined_to = knobs.keep;
       is_new_mesh = knobs.elements != elements_before;
       if (is_new_mesh || knobs.eps != eps_before)

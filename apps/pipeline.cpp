@@ -264,6 +264,7 @@ void Run::choose(std::optional<std::uint32_t> elements, double eps) {
 
 bool Run::refine(double keep) {
   const Stopwatch watch;
+  if (!mesh_ && !this->mesh()) return false;  // solve() will say why
   std::shared_ptr<const Mesh> mesh = refined_mesh(scene_, mesh_, keep, *parallel_);
   if (mesh == mesh_) return false;
   mesh_ = std::move(mesh);

@@ -127,7 +127,7 @@ std::string place_bytes(const std::vector<PlaceTree>& places) {
 }
 
 /// A place that is divided holds an element in every node that is, and a patch one in every few places: more leaves than here are
-/// allowed are none of refined(). Asked first, since crafted trees could ask for any number of elements.
+/// allowed are none of refined_mesh(). Asked first, since crafted trees could ask for any number of elements.
 std::optional<std::vector<PlaceTree>> places_from(const std::string& bytes, std::uint64_t elements) {
   std::vector<PlaceTree> places(bytes.size() / sizeof(std::uint32_t));
   ByteReader reader(bytes);
@@ -216,6 +216,12 @@ Expected<Solution> read_solution(const std::string& path) {
   if (!sides) return sides.error();
   const Expected<std::string> places = file->section("places", 8 * sizeof(std::uint32_t) * head.elements);
   if (!places) return places.error();
+
+  // Before anything is meshed: as many elements as the file claims to have it must hold.
+  const std::uint64_t size = head.elements * sizeof(Rgbf);
+  const Expected<std::string> first = file->section("H", size);
+  if (!first) return first.error();
+  if (first->size() != size) return bad_input(path, "is damaged: an array has another length than the mesh");
 
   Solution solution;
   solution.scene = std::make_shared<const Scene>(std::move(*scene));

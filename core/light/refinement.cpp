@@ -123,6 +123,7 @@ class Look {
  public:
   Look(const std::shared_ptr<const Scene>& scene, const Mesh& mesh, int levels, const Parallel& parallel)
       : mesh_(std::make_shared<const Mesh>(mesh_of(*scene, mesh.options, mesh.lit_sides, deeper(mesh, levels)))) {
+    MUST(mesh_->patches.size() == mesh.patches.size());
     Solution rough = blank_solution(scene, mesh_);
     shoot_in_one_cell(rough, eps_of_look, parallel);
     irradiance_ = std::move(rough.irradiance);
@@ -226,6 +227,7 @@ std::shared_ptr<const Mesh> refined_mesh(const std::shared_ptr<const Scene>& sce
 
   std::priority_queue<Candidate> candidates;
   double left = 0;
+  std::size_t count = 0;  // of what light can reach
   const auto add = [&](std::size_t place, const PlaceTree::Node& node, const Look::Square& square) {
     Candidate candidate{0, place, node, square, false};
     candidate.deviation = look.deviation(square, candidate.is_one);
@@ -235,13 +237,13 @@ std::shared_ptr<const Mesh> refined_mesh(const std::shared_ptr<const Scene>& sce
   for (std::uint32_t p = 0; p < mesh.patches.size(); ++p) {
     const Patch& patch = mesh.patches[p];
     if (!mesh.group_is_lit[patch.group.value]) continue;
+    count += patch.element_count;
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
       add(first_place[p] + shooting_place(patch, mesh.elements[e]), node_of(patch, mesh.elements[e]),
           look.square_of(p, patch, mesh.elements[e]));
   }
 
   const double whole = left, wanted = std::max(keep * whole, least_seen * least_seen * look.squares());
-  std::size_t count = mesh.elements.size();
   while (left > wanted && !candidates.empty()) {
     const Candidate candidate = candidates.top();
     candidates.pop();
@@ -256,7 +258,7 @@ std::shared_ptr<const Mesh> refined_mesh(const std::shared_ptr<const Scene>& sce
         for (const int right : {0, 1})
           add(candidate.place, candidate.node.quarter(right, down), candidate.square.quarter(right, down));
   }
-  if (!(left <= worth_it * whole)) return from;
+  if (!(whole > 0 && left <= worth_it * whole)) return from;
   return std::make_shared<const Mesh>(mesh_of(*scene, mesh.options, mesh.lit_sides, places));
 }
 

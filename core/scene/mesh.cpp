@@ -324,8 +324,10 @@ class Cutter {
       patch.lo = glm::min(patch.lo, c), patch.hi = glm::max(patch.hi, c);
     choose_grid(patch, place_size(surface, patch.back));
     patch.first_element = static_cast<std::uint32_t>(mesh_.elements.size());
-    divide(patch);
+    // Whether a needle is a patch at all does not depend on how its places are divided.
+    add_places(patch);
     if (mesh_.elements.size() == patch.first_element) return;
+    divide(patch);
     place_count_ += std::size_t{shooting_columns(patch)} * shooting_rows(patch);
     patch.element_count = static_cast<std::uint32_t>(mesh_.elements.size()) - patch.first_element;
     patch.reflectance = mean_reflectance(patch, plane, surface);
@@ -383,21 +385,29 @@ class Cutter {
     return place < mesh_.places.size() ? mesh_.places[place] : as_options_ask_;
   }
 
-  /// Makes the elements of a patch, whose grid is that of its places so far.
+  /// Makes each place of a patch one element.
+  void add_places(const Patch& patch) {
+    for (int row = 0; row < patch.rows; ++row)
+      for (int column = 0; column < patch.columns; ++column) add_element(patch, column, row, 1);
+  }
+
+  /// Makes the elements of a patch anew where its places, which are its elements so far, are divided.
   void divide(Patch& patch) {
     const int columns = patch.columns, rows = patch.rows;
     int levels = 0;
     for (int k = 0; k < columns * rows; ++k)
       levels = std::max(levels, tree_of(place_count_ + static_cast<std::size_t>(k)).levels());
+    if (levels == 0) return;
+    mesh_.elements.resize(patch.first_element);
     patch.fineness = static_cast<std::uint8_t>(1 << levels);
     patch.columns = static_cast<std::uint8_t>(columns << levels);
     patch.rows = static_cast<std::uint8_t>(rows << levels);
-    // Sixteen in a row become one vector of receivers: divided places go by tiles of 2x2, so that they are neighbours.
-    const int high = levels > 0 ? 2 : rows, wide = levels > 0 ? 2 : columns;
-    for (int top = 0; top < rows; top += high)
-      for (int left = 0; left < columns; left += wide)
-        for (int row = top; row < std::min(top + high, rows); ++row)
-          for (int column = left; column < std::min(left + wide, columns); ++column)
+    // Sixteen in a row become one vector of receivers: places go by tiles of 2x2, so that they are neighbours.
+    constexpr int tile = 2;
+    for (int top = 0; top < rows; top += tile)
+      for (int left = 0; left < columns; left += tile)
+        for (int row = top; row < std::min(top + tile, rows); ++row)
+          for (int column = left; column < std::min(left + tile, columns); ++column)
             add_elements(patch, tree_of(place_count_ + static_cast<std::size_t>(row * columns + column)), {},
                          column << levels, row << levels, 1 << levels);
   }

@@ -56,9 +56,9 @@ ErrorParts parts_of(const ErrorEstimate& estimate, double unshot, std::optional<
 /// Where to begin, so that most scenes need no more than one turn. @param limits  knobs that may not be turned keep `given`
 ErrorKnobs first_knobs(double wanted, const ErrorKnobs& given, const ErrorLimits& limits);
 
-/// Turns what keeps the error above what is wanted, as far as the law of each part says. What is read as the solution has it
-/// is as fine as the mesh; where that is too coarse a final gather comes first, if it may. @returns nothing when there is
-/// nothing left to turn
+/// Turns what keeps the error above what is wanted, as far as the law of each part says. What is read as the solution has it is as
+/// fine as the mesh: smaller receivers come first where direct light is read as well, else a final gather, if it may.
+/// @returns nothing when there is nothing left to turn
 std::optional<ErrorKnobs> turned(const ErrorKnobs& now, const ErrorParts& parts, double wanted,
                                  const ErrorLimits& limits);
 

@@ -39,6 +39,7 @@ FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mes
     grid.inverse_step = 1.0 / grid.step;
     grid.columns = patch.columns, grid.rows = patch.rows;
     grid.surface = patch.surface.value, grid.back = patch.back;
+    MUST(places_.size() < none);
     grid.first = static_cast<std::uint32_t>(places_.size());
     places_.resize(places_.size() + std::size_t{patch.columns} * patch.rows, none);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
@@ -237,9 +238,11 @@ std::vector<std::uint32_t> FieldGeometry::touching(std::uint32_t element) const 
     const Vec2 slack = 1e-4 * (size + grid.step);
     const Vec2 first = glm::floor((lo - slack - grid.lo) * grid.inverse_step),
                last = glm::floor((hi + slack - grid.lo) * grid.inverse_step);
-    const auto left = static_cast<int>(std::max(first.x, 0.0)), top = static_cast<int>(std::max(first.y, 0.0));
-    const auto right = static_cast<int>(std::min(last.x, grid.columns - 1.0)),
-               bottom = static_cast<int>(std::min(last.y, grid.rows - 1.0));
+    // Clamped before they are whole numbers: beside a needle they may be larger than those go.
+    const auto left = static_cast<int>(std::clamp<double>(first.x, 0, grid.columns)),
+               top = static_cast<int>(std::clamp<double>(first.y, 0, grid.rows));
+    const auto right = static_cast<int>(std::clamp<double>(last.x, -1, grid.columns - 1)),
+               bottom = static_cast<int>(std::clamp<double>(last.y, -1, grid.rows - 1));
     for (int row = top; row <= bottom; ++row)
       for (int column = left; column <= right; ++column) {
         const std::uint32_t other = at(grid, column, row);

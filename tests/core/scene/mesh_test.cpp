@@ -310,6 +310,20 @@ TEST_SUITE("mesh") {
     }
   }
 
+  TEST_CASE("mesh: whether a needle is a patch does not depend on how places are divided") {
+    Scene scene;
+    const std::uint32_t grey = test::add_material(scene, test::diffuse(0.5));
+    test::add_polygon(scene, {{1, 1, 0}, {1.05, 1.05, 0}, {1.05, 1.05 + 3e-11, 0}}, grey);
+    test::add_rectangle(scene, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
+    MeshOptions options;
+    options.patch_size = 1;
+    const Mesh plain = mesh_of(scene, options, {});
+    const Mesh divided =
+        mesh_of(scene, plain.options, {}, std::vector<PlaceTree>(places_of(plain).size(), PlaceTree::uniform(2)));
+    REQUIRE(divided.patches.size() == plain.patches.size());
+    for (std::size_t p = 0; p < plain.patches.size(); ++p) CHECK(divided.patches[p].surface == plain.patches[p].surface);
+  }
+
   TEST_CASE("mesh: elements far smaller than their patch refine what receives, and leave what shoots") {
     MeshOptions options;
     options.patch_size = 0.8, options.element_size = 0.2;

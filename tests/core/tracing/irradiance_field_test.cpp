@@ -108,6 +108,17 @@ TEST_CASE("irradiance_field: a linear field is exact on polygons that cut the el
   CHECK(worst < 0.03);
 }
 
+TEST_CASE("irradiance_field: a needle in a floor harms no look-up") {
+  Floor floor;
+  const std::uint32_t grey = add_material(floor.scene, diffuse(0.5));
+  add_rectangle(floor.scene, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
+  add_polygon(floor.scene, {{1, 1, 0}, {1.01, 1, 0}, {1.005, 1 + 5e-11, 0}}, grey);
+  floor.finish(0.25);
+  const IrradianceField field = floor.field([](const Vec3&) { return Rgb{2.0}; });
+  for (std::uint32_t e = 0; e < floor.mesh->elements.size(); ++e) CHECK(floor.geometry->touching(e).size() < 16);
+  CHECK(field.at(SurfaceId{0}, false, {1.3, 1.4, 0}).x == doctest::Approx(2));
+}
+
 TEST_CASE("irradiance_field: on a uniform grid it is bilinear interpolation") {
   Floor floor;
   add_rectangle(floor.scene, {0, 0, 0}, {8, 0, 0}, {0, 8, 0}, add_material(floor.scene, diffuse(0.5)));
