@@ -266,9 +266,9 @@ bool Run::refine(double keep) {
   const Stopwatch watch;
   if (!mesh_ && !this->mesh()) return false;  // solve() will say why
   std::shared_ptr<const Mesh> mesh = refined_mesh(scene_, mesh_, keep, *parallel_);
+  record_.seconds.mesh += watch.seconds();
   if (mesh == mesh_) return false;
   mesh_ = std::move(mesh);
-  record_.seconds.mesh += watch.seconds();
   grid_.reset(), solution_.reset();
   return true;
 }

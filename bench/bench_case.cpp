@@ -63,37 +63,36 @@ Expected<Solved> BenchCase::solve(const std::string& cells, unsigned threads, Tr
   return solve_on(mesh_, options, *wanted, threads);
 }
 
-Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, TransferMethod method,
-                                       std::uint32_t fineness) const {
+Expected<Solved> BenchCase::solve_meshed(const SolveOptions& options,
+                                         const std::function<std::shared_ptr<const Mesh>()>& make_mesh) const {
   const double cpu = cpu_s(), wall = wall_s();
-  SolveOptions options;
-  options.mesh.target_elements = elements;
-  options.eps = eps;
-  options.method = method;
-  std::shared_ptr<const Mesh> mesh = meshed(*scene_, options.mesh);
-  if (fineness > 1) {
-    options.mesh = mesh->options;
-    options.mesh.element_size /= fineness;
-    mesh = std::make_shared<const Mesh>(mesh_of(*scene_, options.mesh, mesh->lit_sides));
-  }
-  Expected<Solved> solved = solve_on(std::move(mesh), options, {}, 1);
+  Expected<Solved> solved = solve_on(make_mesh(), options, {}, 1);
   if (!solved) return solved.error();
   solved->cpu_s = cpu_s() - cpu;
   solved->wall_s = wall_s() - wall;
   return solved;
 }
 
-Expected<Solved> BenchCase::solve_refined(std::uint32_t elements, double eps, double keep) const {
-  const double cpu = cpu_s(), wall = wall_s();
+Expected<Solved> BenchCase::solve_with(std::uint32_t elements, double eps, TransferMethod method,
+                                       std::uint32_t fineness) const {
   SolveOptions options;
   options.mesh.target_elements = elements;
   options.eps = eps;
-  Expected<Solved> solved =
-      solve_on(refined_mesh(scene_, meshed(*scene_, options.mesh), keep, Parallel(1)), options, {}, 1);
-  if (!solved) return solved.error();
-  solved->cpu_s = cpu_s() - cpu;
-  solved->wall_s = wall_s() - wall;
-  return solved;
+  options.method = method;
+  return solve_meshed(options, [&] {
+    std::shared_ptr<const Mesh> mesh = meshed(*scene_, options.mesh);
+    if (fineness == 1) return mesh;
+    MeshOptions finer = mesh->options;
+    finer.element_size /= fineness;
+    return std::make_shared<const Mesh>(mesh_of(*scene_, finer, mesh->lit_sides));
+  });
+}
+
+Expected<Solved> BenchCase::solve_refined(std::uint32_t elements, double eps, double keep) const {
+  SolveOptions options;
+  options.mesh.target_elements = elements;
+  options.eps = eps;
+  return solve_meshed(options, [&] { return refined_mesh(scene_, meshed(*scene_, options.mesh), keep, Parallel(1)); });
 }
 
 Expected<const Solution*> BenchCase::solution() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -58,6 +59,9 @@ class BenchCase {
                                       Scheduling scheduling = Scheduling::adaptive) const;
 
  private:
+  /// In one cell on one thread; what it took counts meshing too.
+  Expected<Solved> solve_meshed(const SolveOptions& options,
+                                const std::function<std::shared_ptr<const Mesh>()>& make_mesh) const;
   Expected<Solved> solve_on(std::shared_ptr<const Mesh> mesh, SolveOptions options, const CellsWanted& cells,
                             unsigned threads) const;
 

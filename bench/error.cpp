@@ -40,6 +40,8 @@ struct Reading {
   std::uint32_t gather_rays, direct_rays;  ///< direct 0: the first pass alone
 };
 
+constexpr Reading as_it_is{"radiosity", 0, 0};
+
 std::vector<Rgb> read_at(const Solution& solution, const std::vector<SensorPoint>& points, const Reading& reading) {
   const auto lit = std::make_shared<const LitScene>(solution);
   if (reading.direct_rays == 0) return first_pass_irradiance(*lit, points);
@@ -56,7 +58,7 @@ class Sweep {
                options.growth.fineness().size() + std::size(path_counts)) {}
 
   Status all() {
-    std::vector<Reading> readings{{"radiosity", 0, 0}};
+    std::vector<Reading> readings{as_it_is};
     for (const auto& [gather, direct] : ray_counts) readings.push_back({"two-pass", gather, direct});
     for (const std::uint32_t elements : options_.elements.doubled())
       if (Status run = first_pass(TransferMethod::rays, elements, readings); !run) return run;
@@ -64,7 +66,7 @@ class Sweep {
     std::uint32_t finer = 2 * options_.elements.doubled().back();
     double last_s = report_.runs[report_.runs.size() - readings.size()].cpu_s;
     for (int k = 0; k < most_finer && last_s < dear_s; ++k, finer *= 2, last_s = report_.runs.back().cpu_s)
-      if (Status run = first_pass(TransferMethod::rays, finer, {readings.front()}); !run) return run;
+      if (Status run = first_pass(TransferMethod::rays, finer, {as_it_is}); !run) return run;
     for (const std::uint32_t elements : options_.elements.doubled())
       for (const double keep : kept_deviations)
         if (Status run = refined(elements, keep); !run) return run;
@@ -93,17 +95,28 @@ class Sweep {
     show(std::string(transfer == TransferMethod::rays ? "rays" : "hemicube") + ", " + std::to_string(elements) +
          " elements");
     const double eps = eps_of(elements);
+    return first_pass(eps, false, readings, [&] { return scene_.solve_with(elements, eps, transfer); });
+  }
+
+  Status refined(std::uint32_t elements, double keep) {
+    show(std::to_string(elements) + " elements, refined");
+    const double eps = eps_of(elements);
+    return first_pass(eps, true, {as_it_is}, [&] { return scene_.solve_refined(elements, eps, keep); });
+  }
+
+  Status first_pass(double eps, bool is_refined, const std::vector<Reading>& readings,
+                    const std::function<Expected<Solved>()>& solve) {
     const std::size_t first = report_.runs.size();
     for (const Reading& reading : readings) {
       ErrorRun run;
-      run.method = reading.method, run.eps = eps, run.rays = reading.gather_rays, run.direct_rays = reading.direct_rays,
-      run.cpu_s = 1e300;
+      run.method = reading.method, run.is_refined = is_refined, run.eps = eps;
+      run.rays = reading.gather_rays, run.direct_rays = reading.direct_rays, run.cpu_s = 1e300;
       report_.runs.push_back(std::move(run));
     }
     double solve_s = 1e300, spent_s = 0;
     std::vector<double> read_s(readings.size(), 1e300);
     for (unsigned round = 0; another_round(round, spent_s); ++round) {
-      const Expected<Solved> solved = scene_.solve_with(elements, eps, transfer);
+      const Expected<Solved> solved = solve();
       if (!solved) return solved.error();
       solve_s = std::min(solve_s, solved->cpu_s), spent_s += solved->cpu_s;
       for (std::size_t k = 0; k < readings.size(); ++k) {
@@ -117,24 +130,6 @@ class Sweep {
         if (scene_.stopped()) return BenchCase::interrupted();
       }
     }
-    return Done{};
-  }
-
-  Status refined(std::uint32_t elements, double keep) {
-    show(std::to_string(elements) + " elements, refined");
-    const double eps = eps_of(elements);
-    ErrorRun run;
-    run.method = "radiosity", run.is_refined = true, run.eps = eps, run.cpu_s = 1e300;
-    double spent_s = 0;
-    for (unsigned round = 0; another_round(round, spent_s); ++round) {
-      const double start = cpu_s();
-      const Expected<Solved> solved = scene_.solve_refined(elements, eps, keep);
-      if (!solved) return solved.error();
-      run.elements = static_cast<std::uint32_t>(solved->solution.mesh->elements.size());
-      run.irradiance = read_at(solved->solution, report_.truth.points, {"radiosity", 0, 0});
-      run.cpu_s = std::min(run.cpu_s, cpu_s() - start), spent_s += cpu_s() - start;
-    }
-    report_.runs.push_back(std::move(run));
     return Done{};
   }
 

@@ -159,15 +159,19 @@ Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& hea
   return std::shared_ptr<const Mesh>(std::move(mesh));
 }
 
-Status read_array(const SectionFile& file, std::string_view name, const Mesh& mesh, const std::string& path,
+Status read_array(const SectionFile& file, std::string_view name, std::uint64_t elements, const std::string& path,
                   std::vector<Rgbf>& values) {
-  const std::size_t elements = mesh.elements.size();
-  const std::uint64_t size = elements * sizeof(Rgbf);
-  const Expected<std::string> bytes = file.section(name, size);
+  const Expected<std::string> bytes = file.section(name, elements * sizeof(Rgbf));
   if (!bytes) return bytes.error();
-  if (bytes->size() != size) return bad_input(path, "is damaged: an array has another length than the mesh");
+  if (bytes->size() % sizeof(Rgbf) != 0 || bytes->size() / sizeof(Rgbf) != elements)
+    return bad_input(path, "is damaged: an array has another length than the mesh");
   values.resize(elements);
-  if (size > 0) std::memcpy(static_cast<void*>(values.data()), bytes->data(), size);
+  if (elements > 0) std::memcpy(static_cast<void*>(values.data()), bytes->data(), bytes->size());
+  return Done{};
+}
+
+/// @error bad_input, naming element and patch
+Status is_finite(const std::vector<Rgbf>& values, std::string_view name, const Mesh& mesh, const std::string& path) {
   const auto bad = std::find_if(values.begin(), values.end(), [](const Rgbf& v) { return !all_finite(Vec3{v}); });
   if (bad == values.end()) return Done{};
   const auto element = static_cast<std::uint32_t>(bad - values.begin());
@@ -217,13 +221,15 @@ Expected<Solution> read_solution(const std::string& path) {
   const Expected<std::string> places = file->section("places", 8 * sizeof(std::uint32_t) * head.elements);
   if (!places) return places.error();
 
-  // Before anything is meshed: as many elements as the file claims to have it must hold.
-  const std::uint64_t size = head.elements * sizeof(Rgbf);
-  const Expected<std::string> first = file->section("H", size);
-  if (!first) return first.error();
-  if (first->size() != size) return bad_input(path, "is damaged: an array has another length than the mesh");
 
   Solution solution;
+  const std::pair<const char*, std::vector<Rgbf>*> arrays[] = {{"H", &solution.irradiance},
+                                                               {"H direct", &solution.direct_irradiance},
+                                                               {"S", &solution.shot},
+                                                               {"pending", &solution.pending}};
+  // Before anything is meshed: as many elements as the file claims to have it must hold.
+  for (const auto& [name, values] : arrays)
+    if (Status read = read_array(*file, name, head.elements, path, *values); !read) return read.error();
   solution.scene = std::make_shared<const Scene>(std::move(*scene));
   Expected<std::shared_ptr<const Mesh>> mesh = meshed(*solution.scene, head, *sides, *places, path);
   if (!mesh) return mesh.error();
@@ -233,12 +239,8 @@ Expected<Solution> read_solution(const std::string& path) {
   solution.energy = head.energy;
   solution.seconds_radiosity = head.seconds_radiosity;
   solution.converged = head.converged;
-  const std::pair<const char*, std::vector<Rgbf>*> arrays[] = {{"H", &solution.irradiance},
-                                                               {"H direct", &solution.direct_irradiance},
-                                                               {"S", &solution.shot},
-                                                               {"pending", &solution.pending}};
   for (const auto& [name, values] : arrays)
-    if (Status read = read_array(*file, name, *solution.mesh, path, *values); !read) return read.error();
+    if (Status finite = is_finite(*values, name, *solution.mesh, path); !finite) return finite.error();
   return solution;
 }
 

@@ -8,11 +8,10 @@ all of its elements, so this is where meshes that are refined by the light are c
 """
 
 import random
-import sys
 
 import furniture
 import rooms
-from model import Material, Model, write_scene
+from model import Material, Model, main
 
 ROOMS = 8
 SIZE, HEIGHT, WALL = 4.0, 2.6, 0.25
@@ -76,9 +75,4 @@ CAMERAS = [
 ]
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    model = build()
-    model.write(sys.argv[1], "cellar")
-    write_scene(sys.argv[1], "cellar", 0.4, CAMERAS, "Eight vaults in a row, one bulb. Written by cellar.py.")
-    print("cellar:", model.summary())
+    main(__doc__, "cellar", build, 0.4, CAMERAS, "Eight vaults in a row, one bulb. Written by cellar.py.")

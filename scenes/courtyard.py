@@ -16,7 +16,6 @@ How it is composed:
 """
 
 import random
-import sys
 
 import courtyard_hall as hall
 import courtyard_plan
@@ -24,7 +23,7 @@ import furniture
 import rooms
 from courtyard_plan import (BACK, BAY, BAYS_X, BAYS_Y, CLEAR, FRONT, GALLERY, HALF_X, HALF_Y, PARTITION, STOREY,
                             STOREYS)
-from model import Model, write_scene
+from model import Model, main
 
 # Rooms that are lit: (side, storey, room). Six, spread so that every view across the court meets near and far ones.
 LIT = {("north", 1, 2), ("north", 3, 0), ("east", 0, 1), ("east", 2, 1), ("west", 1, 3), ("west", 3, 2)}
@@ -199,10 +198,5 @@ CAMERAS = [
 ]
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    model = build()
-    model.write(sys.argv[1], "courtyard")
-    write_scene(sys.argv[1], "courtyard", 0.68, CAMERAS, "Stand-in for the paper's section 5: a roofed courtyard at night.",
-                element=0.68)  # 145 588 patches within 1 %; a patch receives as one, as in the paper
-    print("courtyard:", model.summary())
+    main(__doc__, "courtyard", build, 0.68, CAMERAS, "Stand-in for the paper's section 5: a roofed courtyard at night.",
+         element=0.68)  # 145 588 patches within 1 %; a patch receives as one, as in the paper

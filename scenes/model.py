@@ -9,6 +9,7 @@ Conventions of every scene here:
 
 import math
 import struct
+import sys
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -270,6 +271,18 @@ def write_scene(folder, stem, patch, cameras, note="", element=None):
         lines += ["", "[[camera]]", f'name = "{name}"', f"eye = {vector(eye)}", f"target = {vector(target)}",
                   "up = [0, 0, 1]", f"fov = {fov:g}"]
     Path(folder, f"{stem}.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def main(usage, stem, build, patch, cameras, note="", element=None):
+    """What a generator does when it is run: writes the model that `build` makes, and its scene, into the folder that is the
+    only argument; says what it wrote. Returns the folder."""
+    if len(sys.argv) != 2:
+        sys.exit(usage)
+    folder, model = sys.argv[1], build()
+    model.write(folder, stem)
+    write_scene(folder, stem, patch, cameras, note, element)
+    print(f"{stem}:", model.summary())
+    return folder
 
 
 def write_png(path, width, height, pixel):

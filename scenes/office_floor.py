@@ -8,11 +8,10 @@ Beside being a plausible place it holds one of each thing a second pass must sho
 """
 
 import random
-import sys
 
 import furniture
 import rooms
-from model import Material, Model, write_png, write_scene
+from model import Material, Model, main, write_png
 
 HEIGHT = 2.8
 BAY = 6.0            # room width, middle of wall to middle of wall
@@ -174,11 +173,6 @@ CAMERAS = [
 ]
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    model = build()
-    model.write(sys.argv[1], "office_floor")
-    write_png(f"{sys.argv[1]}/parquet.png", 96, 96, parquet)
-    write_scene(sys.argv[1], "office_floor", 0.3, CAMERAS, "A floor of offices with a mirror, a glass pane and a textured "
-                "floor. Written by office_floor.py.")
-    print("office_floor:", model.summary())
+    folder = main(__doc__, "office_floor", build, 0.3, CAMERAS, "A floor of offices with a mirror, a glass pane and a textured "
+                  "floor. Written by office_floor.py.")
+    write_png(f"{folder}/parquet.png", 96, 96, parquet)

@@ -8,11 +8,10 @@ The lit room is a study, the dark one a place to sit. Everything the dark room r
 """
 
 import random
-import sys
 
 import furniture
 import rooms
-from model import Material, Model, write_scene
+from model import Material, Model, main
 
 HEIGHT = 2.7
 WALL = 0.2
@@ -103,9 +102,4 @@ CAMERAS = [
 ]
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    model = build()
-    model.write(sys.argv[1], "two_rooms")
-    write_scene(sys.argv[1], "two_rooms", 0.2, CAMERAS, "Two rooms, one lamp, one doorway. Written by two_rooms.py.")
-    print("two_rooms:", model.summary())
+    main(__doc__, "two_rooms", build, 0.2, CAMERAS, "Two rooms, one lamp, one doorway. Written by two_rooms.py.")

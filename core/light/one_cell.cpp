@@ -4,12 +4,18 @@
 
 namespace lichthof {
 
-void shoot_in_one_cell(Solution& solution, double eps, const Parallel& parallel) {
+CellLight light_of_all(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh,
+                       const TransferOptions& options, std::shared_ptr<const Parallel> parallel) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  std::vector<GroupId> groups(solution.mesh->groups.size());
+  std::vector<GroupId> groups(mesh->groups.size());
   for (std::uint32_t g = 0; g < groups.size(); ++g) groups[g] = GroupId{g};
-  CellLight light(solution.scene, solution.mesh, groups, Box{Vec3{-infinite}, Vec3{infinite}}, {},
-                  std::shared_ptr<const Parallel>(std::shared_ptr<void>(), &parallel));  // not its own
+  return {std::move(scene), std::move(mesh),    std::move(groups), Box{Vec3{-infinite}, Vec3{infinite}},
+          options,          std::move(parallel)};
+}
+
+void shoot_in_one_cell(Solution& solution, double eps, const Parallel& parallel) {
+  CellLight light = light_of_all(solution.scene, solution.mesh, {},
+                                 std::shared_ptr<const Parallel>(std::shared_ptr<void>(), &parallel));  // not its own
   light.load(solution);
   const double least = eps * light.largest_initial_power();
   std::uint64_t shots = 0;

@@ -9,6 +9,7 @@
 
 #include "core/base/check.hpp"
 #include "core/light/one_cell.hpp"
+#include "core/scene/element_grids.hpp"
 
 namespace lichthof {
 
@@ -70,46 +71,6 @@ class PlaneFit {
   std::vector<Sample> samples_;
 };
 
-/// The elements of a patch by their places in its grid.
-class PatchGrid {
- public:
-  PatchGrid(const Mesh& mesh, const Patch& patch) : mesh_(&mesh), columns_(patch.columns), rows_(patch.rows) {
-    places_.assign(static_cast<std::size_t>(columns_ * rows_), none);
-    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
-      const Element& element = mesh.elements[e];
-      for (int row = element.row; row < element.row + element.span; ++row)
-        for (int column = element.column; column < element.column + element.span; ++column)
-          places_[static_cast<std::size_t>(row * columns_ + column)] = e;
-    }
-  }
-
-  /// Calls `each` with the elements of a square and of a rim around it, shifted inwards where the patch ends.
-  template <class Each>
-  void around(int column, int row, int span, int rim, Each&& each) const {
-    const auto [left, right] = window(column, span, rim, columns_);
-    const auto [top, bottom] = window(row, span, rim, rows_);
-    for (int r = top; r < bottom; ++r)
-      for (int c = left; c < right; ++c) {
-        const std::uint32_t e = places_[static_cast<std::size_t>(r * columns_ + c)];
-        if (e == none) continue;
-        const Element& element = mesh_->elements[e];
-        // A large one is met in several places: its first is enough.
-        if (c == std::max<int>(element.column, left) && r == std::max<int>(element.row, top)) each(e);
-      }
-  }
-
- private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-  static std::pair<int, int> window(int first, int span, int rim, int whole) {
-    const int size = span + 2 * rim, low = std::clamp(first - rim, 0, std::max(whole - size, 0));
-    return {low, std::min(low + size, whole)};
-  }
-
-  const Mesh* mesh_;
-  int columns_, rows_;
-  std::vector<std::uint32_t> places_;
-};
-
 /// Index of each patch's first place, and in the end their number.
 std::vector<std::size_t> first_places(const Mesh& mesh) {
   std::vector<std::size_t> first{0};
@@ -122,13 +83,12 @@ std::vector<std::size_t> first_places(const Mesh& mesh) {
 class Look {
  public:
   Look(const std::shared_ptr<const Scene>& scene, const Mesh& mesh, int levels, const Parallel& parallel)
-      : mesh_(std::make_shared<const Mesh>(mesh_of(*scene, mesh.options, mesh.lit_sides, deeper(mesh, levels)))) {
+      : mesh_(std::make_shared<const Mesh>(mesh_of(*scene, mesh.options, mesh.lit_sides, deeper(mesh, levels)))),
+        elements_(*mesh_) {
     MUST(mesh_->patches.size() == mesh.patches.size());
     Solution rough = blank_solution(scene, mesh_);
     shoot_in_one_cell(rough, eps_of_look, parallel);
     irradiance_ = std::move(rough.irradiance);
-    grids_.reserve(mesh_->patches.size());
-    for (const Patch& patch : mesh_->patches) grids_.emplace_back(*mesh_, patch);
   }
 
   /// Σ A H² ((W/m²)² m²).
@@ -157,15 +117,14 @@ class Look {
   /// @param is_one  the look saw it as a single element
   double deviation(const Square& square, bool& is_one) const {
     std::array<PlaneFit, 3> fits;
-    const PatchGrid& grid = grids_[square.patch];
     double area = 0;
     int finest = square.span;
-    grid.around(square.column, square.row, square.span, 0, [&](std::uint32_t e) {
+    for_each_around(square, 0, [&](std::uint32_t e) {
       area += mesh_->elements[e].area;
       finest = std::min<int>(finest, mesh_->elements[e].span);
     });
     is_one = finest == square.span;
-    grid.around(square.column, square.row, square.span, finest, [&](std::uint32_t e) {
+    for_each_around(square, finest, [&](std::uint32_t e) {
       const Element& element = mesh_->elements[e];
       for (int c = 0; c < 3; ++c)
         fits[static_cast<std::size_t>(c)].add(element.centre, element.area, irradiance_[e][c]);
@@ -176,6 +135,18 @@ class Look {
   }
 
  private:
+  /// A square and a rim around it, shifted inwards where the patch ends.
+  template <class Each>
+  void for_each_around(const Square& square, int rim, Each&& each) const {
+    const auto window = [&](int first, int whole) {
+      const int size = square.span + 2 * rim, low = std::clamp(first - rim, 0, std::max(whole - size, 0));
+      return std::pair(low, std::min(low + size, whole));
+    };
+    const Patch& patch = mesh_->patches[square.patch];
+    const auto [left, right] = window(square.column, patch.columns);
+    const auto [top, bottom] = window(square.row, patch.rows);
+    elements_.for_each_in(square.patch, left, right, top, bottom, each);
+  }
   static std::vector<PlaceTree> deeper(const Mesh& mesh, int levels) {
     std::vector<PlaceTree> places = places_of(mesh);
     const std::vector<std::size_t> first_place = first_places(mesh);
@@ -196,8 +167,8 @@ class Look {
   }
 
   std::shared_ptr<const Mesh> mesh_;
+  ElementGrids elements_;
   std::vector<Rgbf> irradiance_;
-  std::vector<PatchGrid> grids_;
 };
 
 /// An element that may be divided.

@@ -26,7 +26,8 @@ constexpr double slope_reach = 0.65;
 
 // ---- Geometry ---------------------------------------------------------------------------------------------------------
 
-FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mesh) : mesh_(std::move(mesh)) {
+FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mesh)
+    : mesh_(std::move(mesh)), elements_(*mesh_) {
   plane_of_side_.assign(2 * scene.surfaces.size(), none);
   patch_of_.assign(mesh_->elements.size(), 0);
   share_.assign(mesh_->elements.size(), 0.f);
@@ -39,14 +40,8 @@ FieldGeometry::FieldGeometry(const Scene& scene, std::shared_ptr<const Mesh> mes
     grid.inverse_step = 1.0 / grid.step;
     grid.columns = patch.columns, grid.rows = patch.rows;
     grid.surface = patch.surface.value, grid.back = patch.back;
-    MUST(places_.size() < none);
-    grid.first = static_cast<std::uint32_t>(places_.size());
-    places_.resize(places_.size() + std::size_t{patch.columns} * patch.rows, none);
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
       const Element& element = mesh_->elements[e];
-      for (int row = element.row; row < element.row + element.span; ++row)
-        for (int column = element.column; column < element.column + element.span; ++column)
-          places_[place_of(grid, column, row)] = e;
       grid.spans |= element.span;
       grid.widest = std::max<int>(grid.widest, element.span);
       patch_of_[e] = p;
@@ -164,7 +159,7 @@ void FieldGeometry::find(SurfaceId surface, bool back, const Vec3& point, Neighb
       for (int corner = 0; corner < 4; ++corner) {
         const int c = column + (corner & 1), r = row + (corner >> 1);
         if (c < 0 || r < 0 || c >= columns || r >= rows) continue;
-        const std::uint32_t element = at(grid, c * span, r * span);
+        const std::uint32_t element = elements_.at(bin_patches_[k], c * span, r * span);
         if (element == none || mesh_->elements[element].span != span) continue;
         const double weight = (corner & 1 ? fx : 1 - fx) * (corner >> 1 ? fy : 1 - fy);
         if (weight <= 0 || found.count == found.items.size()) continue;
@@ -205,7 +200,7 @@ std::optional<std::uint32_t> FieldGeometry::element_at(SurfaceId surface, bool b
     if (place.x < -1e-6 || place.y < -1e-6 || place.x > grid.columns + 1e-6 || place.y > grid.rows + 1e-6) continue;
     const int column = std::clamp(static_cast<int>(place.x), 0, grid.columns - 1);
     const int row = std::clamp(static_cast<int>(place.y), 0, grid.rows - 1);
-    const std::uint32_t own = at(grid, column, row);
+    const std::uint32_t own = elements_.at(bin_patches_[k], column, row);
     if (own != none && share_[own] > 0.999f) return own;
     // At slanted borders rectangles overlap: the nearest centre wins.
     for (const std::uint32_t element : elements_of(bin_patches_[k])) {
@@ -241,16 +236,11 @@ std::vector<std::uint32_t> FieldGeometry::touching(std::uint32_t element) const 
     // Clamped before they are whole numbers: beside a needle they may be larger than those go.
     const auto left = static_cast<int>(std::clamp<double>(first.x, 0, grid.columns)),
                top = static_cast<int>(std::clamp<double>(first.y, 0, grid.rows));
-    const auto right = static_cast<int>(std::clamp<double>(last.x, -1, grid.columns - 1)),
-               bottom = static_cast<int>(std::clamp<double>(last.y, -1, grid.rows - 1));
-    for (int row = top; row <= bottom; ++row)
-      for (int column = left; column <= right; ++column) {
-        const std::uint32_t other = at(grid, column, row);
-        if (other == none || other == element) continue;
-        const Element& e = mesh_->elements[other];
-        if (column != std::max<int>(e.column, left) || row != std::max<int>(e.row, top)) continue;  // seen already
-        if (!separated(bins, bin, centre(element), centre(other))) found.push_back(other);
-      }
+    const auto right = static_cast<int>(std::clamp<double>(last.x + 1, 0, grid.columns)),
+               bottom = static_cast<int>(std::clamp<double>(last.y + 1, 0, grid.rows));
+    elements_.for_each_in(bin_patches_[k], left, right, top, bottom, [&](std::uint32_t other) {
+      if (other != element && !separated(bins, bin, centre(element), centre(other))) found.push_back(other);
+    });
   }
   return found;
 }

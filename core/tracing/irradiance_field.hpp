@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/base/footprint.hpp"
+#include "core/scene/element_grids.hpp"
 #include "core/scene/mesh.hpp"
 #include "core/scene/scene.hpp"
 #include "core/tracing/contact_lines.hpp"
@@ -59,13 +60,13 @@ class FieldGeometry {
   }
   /// Without the mesh.
   std::size_t memory_bytes() const {
-    return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, places_, patch_of_,
-                        share_);
+    return bytes_of_all(plane_of_side_, planes_, bin_first_, bin_patches_, contact_first_, contacts_, grids_, patch_of_, share_) +
+           elements_.memory_bytes();
   }
 
  private:
-  static constexpr std::uint32_t none = 0xffffffffu;
-  /// The elements of one patch by their place in the grid of its smallest; larger ones take several places.
+  static constexpr std::uint32_t none = ElementGrids::none;
+  /// The grid of one patch's smallest elements.
   struct PatchGrid {
     Vec2 lo{0.0}, step{0.0}, inverse_step{0.0};
     int columns = 0, rows = 0;
@@ -73,7 +74,6 @@ class FieldGeometry {
     int widest = 1;  ///< the largest of them
     std::uint32_t surface = 0;
     bool back = false;
-    std::uint32_t first = 0;  ///< of its places in places_
   };
   struct PlaneBins {
     Vec2 lo{0.0}, inverse_size{0.0};
@@ -85,11 +85,6 @@ class FieldGeometry {
   void file_patches();
   void find_contacts(const Scene& scene);
   std::uint32_t bin_of(const PlaneBins& bins, const Vec2& p) const;
-  static std::size_t place_of(const PatchGrid& grid, int column, int row) {
-    return grid.first + static_cast<std::size_t>(row * grid.columns + column);
-  }
-  /// The element at a place of a grid; none where the polygon leaves nothing.
-  std::uint32_t at(const PatchGrid& grid, int column, int row) const { return places_[place_of(grid, column, row)]; }
   auto elements_of(std::uint32_t patch) const {
     const Patch& p = mesh_->patches[patch];
     return std::views::iota(p.first_element, p.first_element + p.element_count);
@@ -99,6 +94,7 @@ class FieldGeometry {
   void nearest_visible(const PlaneBins& bins, std::uint32_t bin, Neighbours& found) const;
 
   std::shared_ptr<const Mesh> mesh_;
+  ElementGrids elements_;
   std::vector<std::uint32_t> plane_of_side_;  ///< 2 * surface + back → plane, or none
   std::vector<PlaneBins> planes_;
   std::vector<std::uint32_t> bin_first_;  ///< patches of bin b: bin_patches_[bin_first_[b] .. bin_first_[b + 1])
@@ -106,7 +102,6 @@ class FieldGeometry {
   std::vector<std::uint32_t> contact_first_;
   std::vector<ContactLine> contacts_;
   std::vector<PatchGrid> grids_;
-  std::vector<std::uint32_t> places_;    ///< elements of all grids
   std::vector<std::uint32_t> patch_of_;  ///< of each element
   std::vector<float> share_;             ///< of each element: area over area of its rectangle
 };

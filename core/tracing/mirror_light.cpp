@@ -1,7 +1,5 @@
 #include "core/tracing/mirror_light.hpp"
 
-#include <limits>
-
 #include "core/light/form_factor.hpp"
 #include "core/light/one_cell.hpp"
 #include "core/tracing/lit_scene.hpp"

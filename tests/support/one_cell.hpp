@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numeric>
 
-#include "core/light/cell_light.hpp"
 #include "core/light/lit_sides.hpp"
+#include "core/light/one_cell.hpp"
 
 namespace lichthof::test {
 
@@ -29,8 +28,7 @@ class OneCell {
           unsigned threads = 1)
       : scene(std::move(scene_)),
         mesh(std::move(mesh_)),
-        light(scene, mesh, all_groups(*mesh), Box{Vec3{-infinite}, Vec3{infinite}}, options,
-              std::make_shared<const Parallel>(threads)) {}
+        light(light_of_all(scene, mesh, options, std::make_shared<const Parallel>(threads))) {}
 
   /// Shoots one group. @pre strongest() was called since the last shot, as a cell does
   TransferWork shoot(GroupId group) {
@@ -48,10 +46,7 @@ class OneCell {
   void solve(double eps) { solve_to(eps * light.largest_initial_power()); }
 
   Solution solution() const {
-    Solution solution;
-    solution.scene = scene, solution.mesh = mesh;
-    for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
-      values->resize(mesh->elements.size());
+    Solution solution = blank_solution(scene, mesh);
     light.store(solution, expected_light(light.outlook()));
     return solution;
   }
@@ -61,14 +56,6 @@ class OneCell {
   CellLight light;
   std::uint64_t shots = 0;
   Rgb sent_w{0.0}, received_w{0.0};  ///< of all shots so far
-
- private:
-  static constexpr double infinite = std::numeric_limits<double>::infinity();
-  static std::vector<GroupId> all_groups(const Mesh& mesh) {
-    std::vector<GroupId> groups(mesh.groups.size());
-    for (std::uint32_t g = 0; g < groups.size(); ++g) groups[g] = GroupId{g};
-    return groups;
-  }
 };
 
 /// Root of the area mean of the squared difference of irradiance, the light still to come included, relative to b.
