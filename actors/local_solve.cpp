@@ -11,6 +11,7 @@
 #include "actors/system_config.hpp"
 #include "core/base/check.hpp"
 #include "core/light/balance.hpp"
+#include "core/light/expected_light.hpp"
 #include "core/light/one_cell.hpp"
 #include "core/tracing/mirror_light.hpp"
 
@@ -27,7 +28,7 @@ constexpr auto patience = 2s;  // for shots under way when a run is stopped
 
 using Lights = std::vector<std::shared_ptr<CellLight>>;
 
-Lights lights_of(const SolveRun& run, const Solution* begun) {
+Lights lights_of(const SolveRun& run, const Solution* begun, const std::shared_ptr<const GroupExchange>& exchange) {
   TransferOptions options;
   options.method = run.options.method;
   options.hemicube_resolution = run.options.hemicube_resolution;
@@ -37,7 +38,8 @@ Lights lights_of(const SolveRun& run, const Solution* begun) {
   for (CellId cell{0}; cell.value < run.grid->cell_count(); ++cell.value) {
     // A cell that is alone has no boundary to clip to.
     const Box box = is_divided ? run.grid->box(cell) : Box{Vec3{-1e300}, Vec3{1e300}};
-    lights.push_back(std::make_shared<CellLight>(run.scene, run.mesh, groups[cell.value], box, options, run.parallel));
+    lights.push_back(std::make_shared<CellLight>(run.scene, run.mesh, groups[cell.value], box, options, run.parallel,
+                                                 exchange));
     if (begun) lights.back()->load(*begun);
   }
   return lights;
@@ -133,7 +135,8 @@ Solution solve(const SolveRun& run) {
   const std::optional<Solution> by_mirrors =
       run.resume ? std::nullopt : light_by_mirrors(run.scene, run.mesh, run.options, *run.parallel);
   const Solution* const begun = run.resume ? run.resume : by_mirrors ? &*by_mirrors : nullptr;
-  Lights lights = lights_of(run, begun);
+  const auto exchange = std::make_shared<const GroupExchange>(*run.scene, *run.mesh, *run.parallel);
+  Lights lights = lights_of(run, begun, exchange);
   std::vector<std::shared_ptr<Cell>> cells = cells_of(run, lights);
   ControllerOptions options;
   options.cells = run.grid->cell_count();
@@ -143,17 +146,15 @@ Solution solve(const SolveRun& run) {
 
   Solution solution = blank_solution(run.scene, run.mesh);
   solution.options = run.options;
-  CellOutlook scene_outlook;
-  for (const auto& light : lights) scene_outlook.add(light->outlook());
-  const ExpectedLight pending = expected_light(scene_outlook);
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    lights[k]->store(solution, pending);
+    lights[k]->store(solution);
     solution.counters += cells[k]->counters();
     const CellPower power = lights[k]->power();
     solution.energy.emitted += sum_channels(power.emitted);
     solution.energy.absorbed += sum_channels(power.absorbed);
     solution.energy.unshot += sum_channels(power.unshot);
   }
+  set_pending(solution, *exchange);
   cells.clear(), lights.clear();  // what comes next needs room of its own
   if (begun) {
     solution.energy.mirrored = begun->energy.mirrored;

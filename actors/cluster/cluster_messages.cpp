@@ -92,11 +92,6 @@ static void fields(Codec& c, Field<Codec, Rgb> v) {
   c(v.x, v.y, v.z);
 }
 template <class Codec>
-static void fields(Codec& c, Field<Codec, CellOutlook> outlook) {
-  auto& [sent, received, unshot, reflected, white_area, area] = outlook;
-  c(sent, received, unshot, reflected, white_area, area);
-}
-template <class Codec>
 static void fields(Codec& c, Field<Codec, CellPower> power) {
   auto& [unshot, unshot_absolute, emitted, absorbed, shot, received, area] = power;
   c(unshot, unshot_absolute, emitted, absorbed, shot, received, area);
@@ -109,8 +104,8 @@ static void fields(Codec& c, Field<Codec, SolveCounters> counters) {
 }
 template <class Codec>
 static void fields(Codec& c, Field<Codec, CellImage> image) {
-  auto& [job, epoch, cell, light, outlook, power, counters] = image;
-  c(job, epoch, cell, outlook, power, counters);
+  auto& [job, epoch, cell, light, power, counters] = image;
+  c(job, epoch, cell, power, counters);
   c.list(light, max_light);
 }
 template <class Codec>

@@ -122,7 +122,6 @@ struct CellImage {
   Epoch epoch;
   CellId cell;
   std::vector<float> light;  ///< 9 per element
-  CellOutlook outlook;
   CellPower power;
   SolveCounters counters;
 };

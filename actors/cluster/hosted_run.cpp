@@ -72,13 +72,14 @@ Status HostedRun::make_cells(NodeId own, unsigned threads) {
   options.hemicube_resolution = s.options.hemicube_resolution;
   options.epoch = share_.epoch;
   const bool is_divided = grid_->cell_count() > 1;
+  const auto exchange = std::make_shared<const GroupExchange>(*s.scene, *s.mesh, *parallel);
   std::set<NodeId> partners;
   for (CellId cell{0}; cell.value < grid_->cell_count(); ++cell.value) {
     if (share_.cells[cell.value] != own) continue;
     auto hosted = std::make_unique<HostedCell>();
     // A cell that is alone has no boundary to clip to.
     const Box box = is_divided ? grid_->box(cell) : Box{Vec3{-1e300}, Vec3{1e300}};
-    hosted->light = std::make_shared<CellLight>(s.scene, s.mesh, groups_[cell.value], box, transfer, parallel);
+    hosted->light = std::make_shared<CellLight>(s.scene, s.mesh, groups_[cell.value], box, transfer, parallel, exchange);
     if (is_begun(s)) hosted->light->load(s);
     hosted->machine = std::make_shared<Cell>(cell, grid_, std::make_unique<RealLight>(hosted->light), options);
     cells_.emplace(cell, std::move(hosted));
@@ -215,9 +216,9 @@ CellImage HostedRun::image(const Cell& cell) const {
   all.mesh = solution_->mesh;
   for (auto* values : {&all.irradiance, &all.direct_irradiance, &all.shot, &all.pending})
     values->assign(all.mesh->elements.size(), Rgbf{0.f});
-  light.store(all, {});
+  light.store(all);
   return {share_.job,      share_.epoch,  cell.id(),      cell_values(all, groups_[cell.id().value]),
-          light.outlook(), light.power(), cell.counters()};
+          light.power(), cell.counters()};
 }
 
 void HostedRun::collect(const std::function<void(CellImage)>& take) const {

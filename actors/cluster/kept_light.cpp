@@ -2,6 +2,7 @@
 
 #include "core/light/balance.hpp"
 #include "core/light/cell_values.hpp"
+#include "core/light/expected_light.hpp"
 #include "core/scene/partition.hpp"
 
 namespace lichthof::actors {
@@ -15,7 +16,9 @@ Status kept(KeptLight& light, const std::optional<std::string>& base, const std:
   if (!solution) return solution.error();
   if (Status put = put_images(*solution, images); !put) return put;
   solution->converged = light.is_end;
-  if (light.is_end) balance(*solution, Parallel(options.threads));
+  const Parallel parallel(options.threads);
+  set_pending(*solution, GroupExchange(*solution->scene, *solution->mesh, parallel));
+  if (light.is_end) balance(*solution, parallel);
   const std::string path =
       options.folder + "/light." + std::to_string(light.job.value) + "." + std::to_string(light.sequence);
   if (Status written = options.write_solution(path, *solution); !written) return written;
@@ -43,11 +46,9 @@ Status put_images(Solution& solution, const std::map<CellId, CellImage>& images)
   if (!grid) return grid.error();
   const std::vector<std::vector<GroupId>> groups = groups_by_cell(*solution.mesh, *grid);
   if (images.size() != groups.size()) return Error{ErrorCode::bad_input, "cells", "are not all here"};
-  CellOutlook outlook;
   EnergyLedger energy;
   for (const auto& [cell, image] : images) {
     if (Status set = set_cell_values(solution, groups.at(cell.value), image.light); !set) return set;
-    outlook.add(image.outlook);
     energy.emitted += sum_channels(image.power.emitted);
     energy.absorbed += sum_channels(image.power.absorbed);
     energy.unshot += sum_channels(image.power.unshot);
@@ -57,7 +58,6 @@ Status put_images(Solution& solution, const std::map<CellId, CellImage>& images)
   energy.mirrored = solution.energy.mirrored, energy.mirrored_direct = solution.energy.mirrored_direct;
   energy.absorbed -= energy.mirrored;
   solution.energy = energy;
-  set_pending(solution, expected_light(outlook));
   return Done{};
 }
 

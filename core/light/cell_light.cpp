@@ -100,11 +100,13 @@ Vec3 hemicube_centre(const Shot& shot) {
 
 struct CellLight::Impl {
   Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& groups,
-       const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_)
+       const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_,
+       std::shared_ptr<const GroupExchange> exchange_)
       : scene(std::move(scene_)), mesh(std::move(mesh_)), options(options_), parallel(std::move(parallel_)),
         cut(cut_surfaces(*scene, box)), surfaces(cut ? *cut : scene->surfaces), origin(local_origin()),
         tree(receiver_tree(*mesh, lit_groups(groups), origin)), rays(*scene, surfaces, origin, Glass::clear),
-        occluders(*scene, surfaces, origin, rays.offset()), light(*mesh, tree),
+        occluders(*scene, surfaces, origin, rays.offset()), exchange(exchange_ ? std::move(exchange_) : std::make_shared<const GroupExchange>(*scene, *mesh, *parallel)),
+        light(*mesh, tree, *exchange),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
     double area = 0;
@@ -167,6 +169,7 @@ struct CellLight::Impl {
   ReceiverTree tree;
   RayScene rays;
   Occluders occluders;
+  std::shared_ptr<const GroupExchange> exchange;
   Radiosity light;
   ElementOutlines outlines;
   VisibilityCache answers;
@@ -177,8 +180,10 @@ struct CellLight::Impl {
 };
 
 CellLight::CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
-                     const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel) {
-  impl_ = std::make_unique<Impl>(std::move(scene), std::move(mesh), groups, box, options, std::move(parallel));
+                     const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel,
+                     std::shared_ptr<const GroupExchange> exchange) {
+  impl_ = std::make_unique<Impl>(std::move(scene), std::move(mesh), groups, box, options, std::move(parallel),
+                                 std::move(exchange));
 }
 
 CellLight::~CellLight() = default;
@@ -226,9 +231,7 @@ TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
   const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,  impl_->occluders, impl_->outlines,
                             impl_->options, impl_->origin, impl_->reach, impl_->hulls_pay, answers};
-  const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
-  if (!incoming) impl_->light.record_closure(shot, work.received);
-  return work;
+  return transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
 }
 
 void CellLight::project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const {
@@ -277,9 +280,7 @@ void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) 
 
 CellPower CellLight::power() const { return impl_->light.power(); }
 
-CellOutlook CellLight::outlook() const { return impl_->light.outlook(); }
-
-void CellLight::store(Solution& solution, const ExpectedLight& pending) const {
+void CellLight::store(Solution& solution) const {
   for (std::size_t k = 0; k < impl_->tree.clusters.size(); ++k) {
     const Cluster& cluster = impl_->tree.clusters[k];
     const ClusterLight& light = impl_->light.clusters[k];
@@ -291,8 +292,6 @@ void CellLight::store(Solution& solution, const ExpectedLight& pending) const {
         solution.direct_irradiance[e][c] = light.direct.value[c][lane];
         solution.shot[e][c] = light.shot[c][lane];
       }
-      const PatchLight& patch = impl_->light.patches[cluster.first_patch + cluster.patch[lane]];
-      solution.pending[e] = Rgbf{pending.irradiance(patch.received_w / patch.area)};
     }
   }
 }

@@ -10,6 +10,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/parallel.hpp"
+#include "core/light/group_exchange.hpp"
 #include "core/light/hemicube_bitmap.hpp"
 #include "core/light/solution.hpp"
 #include "core/scene/mesh.hpp"
@@ -29,37 +30,6 @@ struct ShotPatch {
   Rgbf reflected{0.f};  ///< area mean of delta without emission; delta mean = reflected + emitted
   Rgbf emitted{0.f};    ///< own emission in this shot (W/m²): what makes it direct light
 };
-
-/// Sums over a cell from which the light still to come is estimated; those of all cells add up to the scene's.
-struct CellOutlook {
-  Rgb sent_w{0.0};       ///< Σ S A
-  Rgb received_w{0.0};   ///< Σ H A
-  Rgb unshot_w{0.0};     ///< Σ ΔB A
-  Rgb reflected_w{0.0};  ///< Σ ρ H A
-  Rgb white_area{0.0};   ///< Σ ρ A (m²)
-  double area = 0;       ///< m² of lit patches
-  void add(const CellOutlook& other);
-};
-
-/// Light that a patch may still expect from what is not yet shot: irradiance e = everywhere + in_proportion · H (W/m²).
-///
-///     Σ e A = Σ ΔB A · κ / (1 - ρ̄ κ)
-///
-/// κ is the measured closure: received over sent power so far; it diverges nowhere, unlike 1/(1-ρ). Half of the light is
-/// spread evenly, as Cohen's ambient term is; the other half as the light was so far, which keeps it out of rooms that
-/// stay dark (docs/decisions/0003).
-struct ExpectedLight {
-  Rgb everywhere{0.0};     ///< W/m²
-  Rgb in_proportion{0.0};  ///< 1
-  Rgb irradiance(const Rgb& received) const { return everywhere + in_proportion * received; }
-};
-/// @param closure  κ per channel, in [0, 1]
-/// @param excess   per channel, the most by which the closure of a single shot exceeded κ: the midpoint rule gives some shots
-///                 more than they send. 1 - ρ̄ κ counts as ρ̄ times the excess at least; else overshooting in white rooms makes
-///                 more light than it expects, and never ends
-ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure, const Rgb& excess = Rgb{0.0});
-/// The same with the closure of the outlook itself: right for a whole scene, whose cells send to each other alone.
-ExpectedLight expected_light(const CellOutlook& scene);
 
 /// One distribution of unshot radiosity, self-contained: any cell can receive it (the paper's copy of the shooting patch).
 struct Shot {
@@ -113,13 +83,16 @@ class CellLight {
  public:
   /// @param groups  the groups of the cell, any order; dormant ones are left out of the receivers
   /// @param box     the cell's box; surfaces are clipped to it for rays and bitmaps (an infinite box clips nothing)
+  /// @param exchange  of all groups of the mesh, where cells share it; else it is measured here
   CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
-            const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel);
+            const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel,
+            std::shared_ptr<const GroupExchange> exchange = nullptr);
   ~CellLight();
   CellLight(CellLight&&) noexcept;
 
-  /// The group with the largest |unshot + expected| power, where *expected* is the light it will still receive
-  /// (overshooting by the measured closure). power_w is that selection key (W, summed over channels); 0 if none.
+  /// The group with the largest |unshot + expected| power times its weight, where *expected* is what the light that it will still
+  /// receive of this cell's own would make it send (core/light/expected_light), and the weight says how much that matters where it
+  /// arrives (core/light/group_exchange). power_w is that selection key (W, summed over channels); 0 if none.
   struct Candidate {
     GroupId group;
     double power_w = 0;
@@ -144,10 +117,9 @@ class CellLight {
   void set_reflectance(std::uint32_t material, const Rgb& reflectance);  ///< ρ moves, H is kept (§2.1)
 
   CellPower power() const;
-  CellOutlook outlook() const;
-  /// Copies this cell's elements into the global arrays of the solution, and back (resume).
-  /// @param pending  what the whole scene may still expect: Solution::pending follows from it
-  void store(Solution& solution, const ExpectedLight& pending) const;
+  /// Copies this cell's elements into the global arrays of the solution, and back (resume). Solution::pending is for set_pending()
+  /// to find, from all cells.
+  void store(Solution& solution) const;
   void load(const Solution& solution);
   /// Elements, trees and ray scene of this cell alone; not the scene and the mesh, which the cells of a process share (bytes).
   std::size_t memory_bytes() const;

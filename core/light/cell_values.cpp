@@ -45,19 +45,4 @@ Status set_cell_values(Solution& solution, std::span<const GroupId> groups, std:
   return Done{};
 }
 
-void set_pending(Solution& solution, const ExpectedLight& expected) {
-  for (const Patch& patch : solution.mesh->patches) {
-    Rgb received{0.0};
-    double area = 0;
-    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
-      received += static_cast<double>(solution.mesh->elements[e].area) * Rgb{solution.irradiance[e]};
-      area += solution.mesh->elements[e].area;
-    }
-    if (!(area > 0)) continue;
-    const Rgbf pending{expected.irradiance(received / area)};
-    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
-      solution.pending[e] = pending;
-  }
-}
-
 }  // namespace lichthof

@@ -17,7 +17,4 @@ std::vector<float> cell_values(const Solution& solution, std::span<const GroupId
 /// @error bad_input: too few or too many values, or one that is not finite; the solution is as it was
 Status set_cell_values(Solution& solution, std::span<const GroupId> groups, std::span<const float> values);
 
-/// Solution::pending from the irradiance of each patch so far.
-void set_pending(Solution& solution, const ExpectedLight& expected);
-
 }  // namespace lichthof

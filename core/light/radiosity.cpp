@@ -11,10 +11,18 @@ namespace lichthof {
 namespace {
 /// Of B = E + ρH against S: half an ulp of each of the three, and as much for H itself, which is a sum.
 constexpr double single_precision = 4 * 0x1p-24;
+
+std::vector<std::uint32_t> mesh_groups(const ReceiverTree& tree) {
+  std::vector<std::uint32_t> groups;
+  for (const GroupPlace& place : tree.groups) groups.push_back(place.mesh_group);
+  return groups;
+}
 }  // namespace
 
-Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
-    : clusters(tree.clusters.size()), patches(tree.patches.size()), mesh_(mesh), tree_(tree) {
+Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree, const GroupExchange& exchange)
+    : clusters(tree.clusters.size()), patches(tree.patches.size()), mesh_(mesh), tree_(tree), sums_(tree.groups.size()),
+      expected_(tree.groups.size()), weight_(tree.groups.size()), area_(tree.groups.size()),
+      ahead_(exchange, mesh, mesh_groups(tree)) {
   for (std::size_t p = 0; p < patches.size(); ++p) {
     const Patch& patch = mesh.patches[tree.patches[p].mesh_patch];
     patches[p].reflectance = patch.reflectance;
@@ -22,149 +30,80 @@ Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree)
     // The area that receives: the sum over elements, in the precision they are summed with.
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
       patches[p].area += mesh.elements[e].area;
-    area_ += patches[p].area;
   }
   local_group_of_.assign(mesh.groups.size(), ~0u);
-  for (int c = 0; c < 3; ++c) {
-    unshot_w_[c].assign(tree.groups.size(), 0.f);
-    whole_w_[c].assign(tree.groups.size(), 0.f);
-    answer_w_[c].assign(tree.groups.size(), 0.f);
-    reflected_w_[c].assign(tree.groups.size(), 0.f);
-    received_w_[c].assign(tree.groups.size(), 0.f);
-  }
   for (std::uint32_t g = 0; g < tree.groups.size(); ++g) {
-    local_group_of_[tree.groups[g].mesh_group] = g;
+    const std::uint32_t mesh_group = tree.groups[g].mesh_group;
+    local_group_of_[mesh_group] = g;
+    weight_[g] = static_cast<float>(exchange.weight(mesh_group));
+    area_[g] = static_cast<float>(mesh.groups[mesh_group].area);
     update_group(g);
   }
 }
 
 void Radiosity::update_group(std::uint32_t local_group) {
   const GroupPlace& place = tree_.groups[local_group];
-  Rgb unshot{0.0}, whole{0.0}, answer{0.0}, reflected{0.0}, received{0.0};
+  Rgb unshot{0.0}, whole{0.0}, answer{0.0}, received{0.0};
   for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
     unshot += patches[p].unshot_w();
     whole += patches[p].exitance * patches[p].area + patches[p].reflectance * patches[p].received_w;
     answer += patches[p].reflectance * patches[p].area;
-    reflected += patches[p].reflectance * patches[p].received_w;
     received += patches[p].received_w;
   }
-  for (int c = 0; c < 3; ++c) {
-    unshot_w_[c][local_group] = static_cast<float>(unshot[c]);
-    whole_w_[c][local_group] = static_cast<float>(whole[c]);
-    answer_w_[c][local_group] = static_cast<float>(answer[c]);
-    reflected_w_[c][local_group] = static_cast<float>(reflected[c]);
-    received_w_[c][local_group] = static_cast<float>(received[c]);
-  }
+  sums_[local_group] = {Rgbf{unshot}, Rgbf{whole}, Rgbf{answer}, Rgbf{received}};
 }
 
-void Radiosity::record_closure(const Shot& shot, const Rgb& received_w) {
-  const Rgb sent_w = shot.power();
-  sent_w_ += sent_w;
-  arrived_w_ += received_w;
-  Rgb absolute_w{0.0};
-  for (const ShotPatch& patch : shot.patches)
-    for (std::size_t k = 0; k < patch.area.size(); ++k)
-      absolute_w += static_cast<double>(patch.area[k]) * glm::abs(Rgb{patch.delta[k]});
-  for (int c = 0; c < 3; ++c) {
-    if (!(sent_w_[c] > 0) || !(absolute_w[c] > 0)) continue;
-    const double excess = received_w[c] - std::min(1.0, arrived_w_[c] / sent_w_[c]) * sent_w[c];
-    excess_[c] = std::max(excess_[c], (sent_w[c] < 0 ? -excess : excess) / absolute_w[c]);
-  }
+Rgbf Radiosity::still_expected(std::size_t group) const {
+  const Expected& then = expected_[group];
+  const Rgbf come = (sums_[group].received_w - then.received_w) / area_[group];
+  const Rgbf zero{0.f};
+  return glm::clamp(then.irradiance - come, glm::min(then.irradiance, zero), glm::max(then.irradiance, zero));
 }
 
-namespace {
-/// Sum in double precision, in eight strands so that it vectorises; the order is always the same.
-double sum(const std::vector<float>& values) {
-  double strand[8] = {};
-  std::size_t i = 0;
-  for (; i + 8 <= values.size(); i += 8)
-    for (std::size_t k = 0; k < 8; ++k) strand[k] += values[i + k];
-  for (; i < values.size(); ++i) strand[i % 8] += values[i];
-  return ((strand[0] + strand[1]) + (strand[2] + strand[3])) + ((strand[4] + strand[5]) + (strand[6] + strand[7]));
-}
-}  // namespace
-
-CellOutlook Radiosity::outlook() const {
-  CellOutlook own = ahead();
-  for (const PatchLight& patch : patches) own.sent_w += patch.shot_w;
-  return own;
+float Radiosity::key(std::size_t group) const {
+  const GroupSums& sums = sums_[group];
+  const Rgbf ahead = glm::abs(sums.unshot_w + sums.answer * still_expected(group));
+  // What the elements' single precision can't tell from nothing is nothing: shooting it again and again would not end. In sums
+  // over the groups it counts: there it may well be something.
+  constexpr auto rounding = static_cast<float>(single_precision);
+  float power_w = 0;
+  for (int c = 0; c < 3; ++c) power_w += ahead[c] < rounding * sums.whole_w[c] ? 0.f : ahead[c];
+  return power_w * weight_[group];
 }
 
-CellOutlook Radiosity::ahead() const {
-  CellOutlook own;
-  for (int c = 0; c < 3; ++c) {
-    own.received_w[c] = sum(received_w_[c]);
-    own.unshot_w[c] = sum(unshot_w_[c]);
-    own.reflected_w[c] = sum(reflected_w_[c]);
-    own.white_area[c] = sum(answer_w_[c]);
-  }
-  own.area = area_;
-  return own;
+std::size_t Radiosity::strongest_group() const {
+  std::size_t best = 0;
+  float most = -1;
+  for (std::size_t g = 0; g < sums_.size(); ++g)
+    if (const float power_w = key(g); power_w > most) most = power_w, best = g;
+  return best;
 }
 
-void CellOutlook::add(const CellOutlook& other) {
-  sent_w += other.sent_w;
-  received_w += other.received_w;
-  unshot_w += other.unshot_w;
-  reflected_w += other.reflected_w;
-  white_area += other.white_area;
-  area += other.area;
-}
-
-ExpectedLight expected_light(const CellOutlook& outlook, const Rgb& closure, const Rgb& excess) {
-  ExpectedLight expected;
-  for (int c = 0; c < 3; ++c) {
-    if (!(outlook.area > 0) || !(outlook.received_w[c] > 0)) continue;
-    const double kappa = std::clamp(closure[c], 0.0, 1.0);
-    // Closed and perfectly white would expect without bound. Nothing built is whiter than this; and what single shots bring too
-    // much, they would bring as many times as they are expected.
-    const auto total = [&](double reflectance) {
-      return outlook.unshot_w[c] * kappa / std::max({1.0 - reflectance * kappa, reflectance * excess[c], 0.001});
-    };
-    expected.everywhere[c] = 0.5 * total(outlook.white_area[c] / outlook.area) / outlook.area;
-    expected.in_proportion[c] = 0.5 * total(outlook.reflected_w[c] / outlook.received_w[c]) / outlook.received_w[c];
-  }
-  return expected;
-}
-
-ExpectedLight expected_light(const CellOutlook& scene) {
-  Rgb closure{0.0};
-  for (int c = 0; c < 3; ++c)
-    if (scene.sent_w[c] > 0) closure[c] = scene.received_w[c] / scene.sent_w[c];
-  return expected_light(scene, closure);
-}
-
-ExpectedLight Radiosity::expected() const {
-  Rgb closure{0.0};
-  for (int c = 0; c < 3; ++c)
-    if (sent_w_[c] > 0) closure[c] = arrived_w_[c] / sent_w_[c];
-  return expected_light(ahead(), closure, excess_);
+void Radiosity::expect() {
+  std::vector<ExpectedLight::Unshot> unshot;
+  for (const GroupSums& sums : sums_) unshot.push_back({sums.unshot_w, sums.answer});
+  ahead_.find(unshot);
+  for (std::size_t g = 0; g < sums_.size(); ++g) expected_[g] = {Rgbf{ahead_.irradiance(g)}, sums_[g].received_w};
+  asked_ = 0;
 }
 
 CellLight::Candidate Radiosity::strongest() {
-  expected_ = expected();
-  const std::size_t count = tree_.groups.size();
-  std::vector<float> power_w(count, 0.f);
-  for (int c = 0; c < 3; ++c) {
-    const auto everywhere = static_cast<float>(expected_.everywhere[c]);
-    const auto in_proportion = static_cast<float>(expected_.in_proportion[c]);
-    const float *unshot = unshot_w_[c].data(), *answer = answer_w_[c].data(), *reflected = reflected_w_[c].data();
-    const float* whole = whole_w_[c].data();
-    constexpr auto rounding = static_cast<float>(single_precision);
-    for (std::size_t g = 0; g < count; ++g) {
-      // What the elements' single precision can't tell from nothing is nothing: shooting it again and again would not end. In sums
-      // over the groups it counts: there it may well be something.
-      const float key_w = std::abs(unshot[g] + answer[g] * everywhere + reflected[g] * in_proportion);
-      power_w[g] += key_w < rounding * whole[g] ? 0.f : key_w;
-    }
+  if (sums_.empty()) return {};
+  // The expected is found anew when half of what it was found for is done, or much has happened since.
+  std::size_t best = strongest_group();
+  if (float now = key(best); now < 0.5f * key_then_ || now > 2 * key_then_ || ++asked_ > sums_.size()) {
+    expect();
+    best = strongest_group();
+    key_then_ = key(best);
   }
-  const auto best = std::max_element(power_w.begin(), power_w.end());
-  if (best == power_w.end() || *best <= 0.f) return {};
-  return {GroupId{tree_.groups[static_cast<std::size_t>(best - power_w.begin())].mesh_group}, *best};
+  const float power_w = key(best);
+  if (power_w <= 0.f) return {};
+  return {GroupId{tree_.groups[best].mesh_group}, power_w};
 }
 
 void Radiosity::take(std::uint32_t local_group, Shot& shot) {
   const GroupPlace& place = tree_.groups[local_group];
+  const Rgb expected{still_expected(local_group)};
   for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p) {
     PatchLight& light = patches[p];
     const PatchPlace& where = tree_.patches[p];
@@ -172,7 +111,7 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
     ShotPatch& out = shot.patches[p - place.first_patch];
 
     const Rgb emitted = light.exitance - light.emission_shot;
-    const Rgb ahead = light.reflectance * expected_.irradiance(light.received_w / light.area);
+    const Rgb ahead = light.reflectance * expected;
     const bool is_refined = patch.fineness > 1;  // several elements share a place
     Rgb sum_w{0.0}, received_w{0.0};
     for (std::uint32_t k = 0; k < patch.element_count; ++k) {
@@ -222,10 +161,7 @@ CellPower Radiosity::power() const {
 }
 
 std::size_t Radiosity::memory_bytes() const {
-  std::size_t bytes = bytes_of_all(clusters, patches, local_group_of_);
-  for (int c = 0; c < 3; ++c)
-    bytes += bytes_of_all(unshot_w_[c], whole_w_[c], answer_w_[c], reflected_w_[c], received_w_[c]);
-  return bytes;
+  return bytes_of_all(clusters, patches, local_group_of_, sums_, expected_, weight_, area_) + ahead_.memory_bytes();
 }
 
 }  // namespace lichthof

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/light/cell_light.hpp"
+#include "core/light/expected_light.hpp"
 #include "core/light/receiver_tree.hpp"
 
 namespace lichthof {
@@ -34,7 +35,8 @@ struct PatchLight {
 
 class Radiosity {
  public:
-  Radiosity(const Mesh& mesh, const ReceiverTree& tree);
+  /// @param exchange  of the mesh
+  Radiosity(const Mesh& mesh, const ReceiverTree& tree, const GroupExchange& exchange);
 
   std::vector<ClusterLight> clusters;  ///< index as ReceiverTree::clusters
   std::vector<PatchLight> patches;     ///< index as ReceiverTree::patches
@@ -42,20 +44,14 @@ class Radiosity {
   /// Recomputes a group's unshot power after its patches have changed. Safe for different groups at the same time.
   void update_group(std::uint32_t local_group);
 
-  /// What the patches of this cell may expect from this cell's own unshot light, by the closure measured on its own shots.
-  /// Other cells are left out on purpose: what is known of them is always late, and overshooting on late news diverges.
-  ExpectedLight expected() const;
-
-  /// The group with the largest |ΔB + ρ e| A, summed over channels.
+  /// The group with the largest |ΔB + ρ e| A, summed over channels, times its weight. What is expected (e) is that of this cell's
+  /// own unshot light: other cells are left out on purpose, for what is known of them is always late, and overshooting on late
+  /// news diverges.
   CellLight::Candidate strongest();
-
-  /// Records a shot of this cell and how much of it arrived here (W).
-  void record_closure(const Shot& shot, const Rgb& received_w);
 
   /// Moves ΔB + ρe of every element of a group into S. @returns the shot without its geometry
   void take(std::uint32_t local_group, Shot& shot);
 
-  CellOutlook outlook() const;
   CellPower power() const;
   const std::vector<std::uint32_t>& local_group_of() const { return local_group_of_; }
   std::size_t memory_bytes() const;
@@ -63,18 +59,30 @@ class Radiosity {
  private:
   const Mesh& mesh_;
   const ReceiverTree& tree_;
-  std::array<std::vector<float>, 3> unshot_w_;  ///< per group and channel: Σ ΔB A
-  std::array<std::vector<float>, 3> whole_w_;   ///< per group and channel: Σ B A, which says what of it is rounding
-  std::array<std::vector<float>, 3>
-      answer_w_;  ///< per group and channel: Σ ρ A, the power that 1 W/m² more would leave
-  std::array<std::vector<float>, 3> reflected_w_;  ///< per group and channel: Σ ρ H A
-  std::array<std::vector<float>, 3> received_w_;   ///< per group and channel: Σ H A
-  std::vector<std::uint32_t> local_group_of_;      ///< by mesh group; none if not here
-  double area_ = 0;
-  ExpectedLight expected_;            ///< as strongest() found it last; take() shoots with the same
-  CellOutlook ahead() const;          ///< outlook() without Σ S A, which only the whole scene needs
-  Rgb sent_w_{0.0}, arrived_w_{0.0};  ///< of this cell's own shots, in this cell
-  Rgb excess_{0.0};                   ///< the most by which one of them exceeded their mean closure, or 1
+  /// What strongest() needs of a group, all channels.
+  struct GroupSums {
+    Rgbf unshot_w{0.f};    ///< Σ ΔB A
+    Rgbf whole_w{0.f};     ///< Σ B A, which says what of it is rounding
+    Rgbf answer{0.f};      ///< Σ ρ A (m²), the power that 1 W/m² more would leave
+    Rgbf received_w{0.f};  ///< Σ H A
+  };
+  /// What is expected of groups as found last, and what they had received then: the less, the more has come since.
+  struct Expected {
+    Rgbf irradiance{0.f};  ///< W/m²
+    Rgbf received_w{0.f};
+  };
+  Rgbf still_expected(std::size_t group) const;
+  float key(std::size_t group) const;
+  std::size_t strongest_group() const;
+  void expect();
+
+  std::vector<GroupSums> sums_;
+  std::vector<Expected> expected_;
+  std::vector<float> weight_, area_;        ///< of each group: GroupExchange::weight(); m²
+  ExpectedLight ahead_;
+  float key_then_ = 0;                      ///< the largest when the expected was found
+  std::size_t asked_ = 0;                   ///< times since then
+  std::vector<std::uint32_t> local_group_of_;  ///< by mesh group; none if not here
 };
 
 }  // namespace lichthof

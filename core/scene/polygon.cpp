@@ -17,6 +17,20 @@ Vec3 random_place(std::span<const Vec3> corners, double area, Random& random) {
   return corners[0] + s * ((1 - t) * (corners[last - 1] - corners[0]) + t * (corners[last] - corners[0]));
 }
 
+Vec2 place_in(std::span<const Vec2> corners, double area, const Vec2& square) {
+  double pick = square.x * area;
+  for (std::size_t k = 2; k < corners.size(); ++k) {
+    const Vec2 a = corners[k - 1] - corners[0], b = corners[k] - corners[0];
+    const double part = 0.5 * (a.x * b.y - a.y * b.x);
+    if (pick <= part || k + 1 == corners.size()) {
+      const double s = part > 0 ? std::sqrt(std::clamp(pick / part, 0.0, 1.0)) : 0.0;
+      return corners[0] + s * ((1 - square.y) * a + square.y * b);
+    }
+    pick -= part;
+  }
+  return corners[0];
+}
+
 Vec3 newell_vector(std::span<const Vec3> corners) {
   // Relative to the first corner, so that polygons far from the origin lose no digits.
   Vec3 sum{0.0};

@@ -14,6 +14,8 @@ using Polygon2 = std::vector<Vec2>;
 
 /// A uniformly random place in a convex polygon. @param area  of it (m²)
 Vec3 random_place(std::span<const Vec3> corners, double area, Random& random);
+/// The place in a convex polygon, uniform by area, for a point of the unit square. @param area  of it (m²)
+Vec2 place_in(std::span<const Vec2> corners, double area, const Vec2& square);
 
 /// Newell's vector: normal times twice the area (m²); robust for concave and slightly non-planar polygons.
 /// @source [Sutherland74], Newell's method
