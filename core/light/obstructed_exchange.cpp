@@ -103,10 +103,9 @@ void for_each_standing(const FacingPair& pair, double tolerance, Cut cut) {
     return glm::dot(pair.receiver_normal, p - pair.receiver.front()) <= tolerance;
   };
   for (const Obstruction& o : pair.between)
-    for (std::size_t k = 0; k < o.corners.size(); ++k) {
-      const Vec3 &from = o.corners[k], &to = o.corners[k + 1 < o.corners.size() ? k + 1 : 0];
+    for_each_edge(o, [&](const Vec3& from, const Vec3& to) {
       if (on_receiver(from) && on_receiver(to)) cut(from, to);
-    }
+    });
 }
 
 /// The receiver in pieces, none of which an obstruction stands on. Only pieces that a segment really crosses are cut.

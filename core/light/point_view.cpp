@@ -7,21 +7,6 @@
 
 namespace lichthof {
 
-/// The sides of the pyramid from the point through the obstruction. @returns false when the point sees it edge on
-bool PointView::find_pyramid(const Obstruction& obstruction, const Vec3& point) {
-  const double height = obstruction.height(point);
-  if (std::abs(height) <= tolerance_) return false;
-  pyramid_.clear();
-  for (std::size_t k = 0; k < obstruction.corners.size(); ++k) {
-    const Vec3 a = obstruction.corners[k] - point;
-    const Vec3 b = obstruction.corners[k + 1 < obstruction.corners.size() ? k + 1 : 0] - point;
-    const Vec3 side = height > 0 ? glm::cross(b, a) : glm::cross(a, b);
-    const double length = glm::length(side);
-    if (length > 0) pyramid_.push_back(side / length);
-  }
-  return true;
-}
-
 /// Whether one side of the pyramid has the whole piece outside.
 bool PointView::misses(std::span<const Vec3> piece) const {
   return std::any_of(pyramid_.begin(), pyramid_.end(), [&](const Vec3& side) {
@@ -80,7 +65,7 @@ PointView::Factors PointView::factors(const Vec3& point, const Vec3& normal, std
   Factors result;
   result.unobstructed = form_factor_at_origin(normal, now_.piece(0));
   for (const std::uint32_t index : which) {
-    if (!find_pyramid(obstructions[index], point)) continue;
+    if (!shadow_sides(obstructions[index], point, tolerance_, pyramid_)) continue;
     std::size_t untouched = 0;
     while (untouched < now_.ends.size() && misses(now_.piece(untouched))) ++untouched;
     if (untouched == now_.ends.size()) continue;

@@ -26,7 +26,7 @@ class PointView {
   ///
   /// @param source        convex, counter-clockwise seen from the point, all of it above the point's horizon
   /// @param obstructions  of which those in `which` count, the likeliest to hide much first
-  /// @pre   obstructions lie above the horizon and in front of the source's plane
+  /// @pre   obstructions lie above the horizon and in front of the source's plane; solids do not hold the point
   /// @error rounding, and the tolerance times the angle at which the source's perimeter is seen
   /// @cost  about 0.1 µs per obstruction and piece; the pieces are few where shadows fall together
   /// @source [Baum89] for the form factor, [Sutherland74] for the cuts
@@ -48,7 +48,6 @@ class PointView {
       ends.push_back(static_cast<std::uint32_t>(corners.size()));
     }
   };
-  bool find_pyramid(const Obstruction& obstruction, const Vec3& point);
   bool misses(std::span<const Vec3> piece) const;
   void cut(std::span<const Vec3> piece);
   bool split(std::span<const Vec3> piece, const Vec3& plane);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/check.hpp"
+#include "core/light/convex_solids.hpp"
 #include "core/light/exchange_area.hpp"
 #include "core/light/obstructed_exchange.hpp"
 
@@ -20,7 +22,15 @@ struct Side {
   Vec3 normal;
   double offset = 0, area = 0;
   std::uint32_t group = 0;
+  std::vector<char> clear_of;  ///< per solid: it is in front of the side's plane, and the side outside of it
   double height(const Vec3& p) const { return glm::dot(normal, p) - offset; }
+};
+
+/// A surface, or what of it is in front of a side.
+struct Part {
+  Obstruction shape;
+  std::uint32_t solid = no_solid;  ///< that it is a face of
+  static constexpr std::uint32_t no_solid = 0xffffffffu;
 };
 
 struct Entry {
@@ -42,17 +52,19 @@ class Matrix {
   Exchange other_way_round(std::uint32_t i, const Entry& entry) const;
 
  private:
-  std::vector<Obstruction> in_front_of(const Side& side) const;
+  std::vector<Part> in_front_of(const Side& side) const;
+  bool stands_clear(const ConvexSolid& solid, const Side& side, std::uint32_t surface) const;
   bool faces(const Side& a, const Side& b) const;
-  Exchange exchange(const Side& a, const Side& b, std::span<const Obstruction> in_front) const;
-  FacingPair facing_pair(const Side& a, const Side& b, std::span<const Obstruction> in_front) const;
+  Exchange exchange(const Side& a, const Side& b, std::span<const Part> in_front) const;
+  FacingPair facing_pair(const Side& a, const Side& b, std::span<const Part> in_front) const;
   bool receives_better(const FacingPair& pair, const FacingPair& turned) const;
   double allowed_error(const Side& a, const Side& b) const { return options_.tolerance * std::min(a.area, b.area); }
 
   ViewFactorOptions options_;
   double plane_tolerance_ = 0;  ///< m
   std::vector<Side> sides_;
-  std::vector<Obstruction> obstructions_;  ///< all surfaces, the largest first: they are the likeliest to hide much
+  std::vector<Part> parts_;          ///< all surfaces, the largest first: they are the likeliest to hide much
+  std::vector<ConvexSolid> solids_;  ///< into which some of them join
 };
 
 Matrix::Matrix(const Scene& scene, std::span<const ViewSide> sides, const ViewFactorOptions& options)
@@ -61,26 +73,44 @@ Matrix::Matrix(const Scene& scene, std::span<const ViewSide> sides, const ViewFa
   plane_tolerance_ = plane_share * size;
   for (const ViewSide& side : sides) {
     const Surface& surface = scene.surfaces[side.surface];
-    Side s{surface.corners, surface.normal, 0, surface.area, side.group};
+    Side s{surface.corners, surface.normal, 0, surface.area, side.group, {}};
     if (side.back) std::reverse(s.corners.begin(), s.corners.end()), s.normal = -s.normal;
     s.offset = glm::dot(s.normal, s.corners[0]);
     sides_.push_back(std::move(s));
   }
-  std::vector<const Surface*> by_area;
-  for (const Surface& surface : scene.surfaces) by_area.push_back(&surface);
-  std::stable_sort(by_area.begin(), by_area.end(),
-                   [](const Surface* a, const Surface* b) { return a->area > b->area; });
-  for (const Surface* surface : by_area) obstructions_.push_back(obstruction(surface->corners, surface->normal));
+  solids_ = convex_solids(scene.surfaces, plane_tolerance_);
+  std::stable_sort(solids_.begin(), solids_.end(), [](const ConvexSolid& a, const ConvexSolid& b) {
+    return glm::length(a.shape.box.size()) > glm::length(b.shape.box.size());
+  });
+  for (std::size_t i = 0; i < sides.size(); ++i)
+    for (const ConvexSolid& solid : solids_)
+      sides_[i].clear_of.push_back(stands_clear(solid, sides_[i], sides[i].surface));
+  std::vector<std::uint32_t> solid_of(scene.surfaces.size(), Part::no_solid), by_area(scene.surfaces.size());
+  for (std::uint32_t k = 0; k < solids_.size(); ++k)
+    for (const std::uint32_t surface : solids_[k].surfaces) solid_of[surface] = k;
+  std::iota(by_area.begin(), by_area.end(), 0u);
+  std::stable_sort(by_area.begin(), by_area.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return scene.surfaces[a].area > scene.surfaces[b].area;
+  });
+  for (const std::uint32_t i : by_area)
+    parts_.push_back({obstruction(scene.surfaces[i].corners, scene.surfaces[i].normal), solid_of[i]});
+}
+
+/// Whether the solid as a whole may stand between the side and what else it is clear of.
+bool Matrix::stands_clear(const ConvexSolid& solid, const Side& side, std::uint32_t surface) const {
+  return std::all_of(solid.shape.corners.begin(), solid.shape.corners.end(),
+                     [&](const Vec3& p) { return side.height(p) >= -plane_tolerance_; }) &&
+         is_outside(solid, surface, side.corners, side.normal, plane_tolerance_);
 }
 
 /// What can stand between this side and anything: the surfaces' parts above its plane.
-std::vector<Obstruction> Matrix::in_front_of(const Side& side) const {
-  std::vector<Obstruction> parts;
-  for (const Obstruction& o : obstructions_) {
-    Polygon part = clipped(o.corners, side.normal, side.offset, plane_tolerance_);
-    if (!part.empty()) parts.push_back(obstruction(std::move(part), o.normal));
+std::vector<Part> Matrix::in_front_of(const Side& side) const {
+  std::vector<Part> in_front;
+  for (const Part& part : parts_) {
+    Polygon above = clipped(part.shape.corners, side.normal, side.offset, plane_tolerance_);
+    if (!above.empty()) in_front.push_back({obstruction(std::move(above), part.shape.planes[0].normal), part.solid});
   }
-  return parts;
+  return in_front;
 }
 
 bool Matrix::faces(const Side& a, const Side& b) const {
@@ -92,18 +122,23 @@ bool Matrix::faces(const Side& a, const Side& b) const {
 }
 
 /// @param in_front  what is in front of a
-FacingPair Matrix::facing_pair(const Side& a, const Side& b, std::span<const Obstruction> in_front) const {
+FacingPair Matrix::facing_pair(const Side& a, const Side& b, std::span<const Part> in_front) const {
   FacingPair pair;
   pair.receiver = clipped(a.corners, b.normal, b.offset, plane_tolerance_);
   pair.source = clipped(b.corners, a.normal, a.offset, plane_tolerance_);
   pair.receiver_normal = a.normal;
   if (pair.receiver.empty() || pair.source.empty()) return pair;
   const ViewShaft shaft(pair.receiver, pair.source, plane_tolerance_);
-  for (const Obstruction& o : in_front) {
-    if (!shaft.may_hold(o)) continue;
-    Polygon part = clipped(o.corners, b.normal, b.offset, plane_tolerance_);
+  const auto as_a_whole = [&](std::uint32_t solid) {
+    return solid != Part::no_solid && a.clear_of[solid] && b.clear_of[solid];
+  };
+  for (std::uint32_t k = 0; k < solids_.size(); ++k)
+    if (as_a_whole(k) && shaft.may_hold(solids_[k].shape)) pair.between.push_back(solids_[k].shape);
+  for (const auto& [shape, solid] : in_front) {
+    if (as_a_whole(solid) || !shaft.may_hold(shape)) continue;
+    Polygon part = clipped(shape.corners, b.normal, b.offset, plane_tolerance_);
     if (part.empty()) continue;
-    Obstruction cut = obstruction(std::move(part), o.normal);
+    Obstruction cut = obstruction(std::move(part), shape.planes[0].normal);
     if (shaft.may_hold(cut)) pair.between.push_back(std::move(cut));
   }
   return pair;
@@ -123,7 +158,7 @@ bool Matrix::receives_better(const FacingPair& pair, const FacingPair& turned) c
   return on_here != on_there ? on_here < on_there : here <= there;
 }
 
-Exchange Matrix::exchange(const Side& a, const Side& b, std::span<const Obstruction> in_front) const {
+Exchange Matrix::exchange(const Side& a, const Side& b, std::span<const Part> in_front) const {
   const FacingPair pair = facing_pair(a, b, in_front);
   if (pair.receiver.empty() || pair.source.empty()) return {};
   if (pair.between.empty()) return {exchange_area(pair.receiver, pair.source), 0, 0};
@@ -136,7 +171,7 @@ Exchange Matrix::exchange(const Side& a, const Side& b, std::span<const Obstruct
 
 Row Matrix::row(std::uint32_t i) const {
   Row result;
-  const std::vector<Obstruction> in_front = in_front_of(sides_[i]);
+  const std::vector<Part> in_front = in_front_of(sides_[i]);
   for (std::uint32_t j = i + 1; j < sides_.size(); ++j) {
     if (!faces(sides_[i], sides_[j])) continue;
     const Exchange e = exchange(sides_[i], sides_[j], in_front);
