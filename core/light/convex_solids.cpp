@@ -127,7 +127,7 @@ std::optional<ConvexSolid> solid_of(const Shell& shell, std::span<const Surface>
   // A shell that looks inwards has every edge the other way round.
   const bool outwards = glm::dot(surfaces[shell.faces[0]].normal, shape.planes[0].normal) > 0;
   for (const std::uint32_t face : shell.faces)
-    if (glm::dot(surfaces[face].normal, shape.planes[plane_of[face]].normal) > 0 != outwards) return {};
+    if ((glm::dot(surfaces[face].normal, shape.planes[plane_of[face]].normal) > 0) != outwards) return {};
   for (const Edge* edge : shell.edges) {
     const std::uint32_t left = plane_of.at(edge->first), right = plane_of.at(edge->second);
     shape.rims.push_back({edge->from, edge->to, outwards ? left : right, outwards ? right : left});

@@ -59,9 +59,12 @@ constexpr double closed_share = 0.1;
 /// What halving a triangle changed is its own error; this much of it is taken to be left in the halves at least.
 constexpr double change_share = 0.25;
 
-/// A triangle all of whose points see the whole source past obstructions, or nothing of it for several together, may hold a part
-/// where that is not so: it is taken to be one point's share at most, and of a large triangle rather than a small one.
+/// A triangle all of whose points see the source past all obstructions, or nothing of it, may hold a part where that is not so:
+/// it is taken to be one point's share at most.
 constexpr double doubt_share = 1.0 / 25;
+
+/// Share of the allowed error from which on it is worth asking where the rule misses something of the whole exchange.
+constexpr double missed_share = 1e-3;
 
 /// The rules' sums over a triangle of area 1.
 struct RuleSums {
@@ -140,6 +143,8 @@ class Integrator {
   Triangle triangle(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between);
   void push(Triangle t);
   void evaluate(Triangle& triangle);
+  double doubt(const Triangle& triangle, bool dark, double unobstructed);
+  bool is_near_obstructed(const Triangle& triangle) const;
   void halve_worst();
 
   const FacingPair& pair_;
@@ -147,7 +152,7 @@ class Integrator {
   Clear clear_;
   PointView view_;
   double receiver_area_ = 0;
-  double error_ = 0;  ///< of all triangles (m²)
+  double error_square_ = 0;  ///< sum over all triangles (m⁴)
   std::vector<Triangle> heap_;
   Exchange result_;
 };
@@ -168,14 +173,47 @@ void Integrator::evaluate(Triangle& t) {
   result_.points += rule.size();
   t.value = t.area * visible.fine;
   t.error = t.area * visible.error();
-  const double other_error = t.area * hidden.error();
-  const bool good_enough = t.error <= 0.1 * allowed_error_ * t.area / receiver_area_;
-  if (clear_ == Clear::contour && !good_enough && other_error < 0.5 * t.error) {
-    t.value = exchange_area(t.corner, pair_.source) - t.area * hidden.fine;
+  if (t.between.empty() && clear_ == Clear::quadrature) return;
+  const double unobstructed = exchange_area(t.corner, pair_.source), other_error = t.area * hidden.error();
+  if (clear_ == Clear::contour && other_error < 0.5 * t.error) {
+    t.value = unobstructed - t.area * hidden.fine;
     t.error = other_error;
   }
-  if (!t.between.empty() && (clear_points == rule.size() || dark_points == rule.size()))
-    t.error += doubt_share * (visible.fine + hidden.fine) * t.area * t.area / receiver_area_;
+  if (t.between.empty()) return;
+  // What the points miss even of the whole exchange lies where the source is near: is anything between there?
+  const double missed = std::abs(unobstructed - t.area * (visible.fine + hidden.fine));
+  if (missed > missed_share * allowed_error_ && is_near_obstructed(t)) t.error += missed;
+  if (clear_points == rule.size() || dark_points == rule.size())
+    t.error += doubt(t, dark_points == rule.size(), unobstructed);
+}
+
+/// Whether something stands between a triangle and what of the source is no further from it than its own size.
+bool Integrator::is_near_obstructed(const Triangle& t) const {
+  Box box;
+  for (const Vec3& p : t.corner) box.include(p);
+  const double margin = glm::length(box.size());
+  Polygon near = pair_.source;
+  for (int axis = 0; axis < 3 && !near.empty(); ++axis) {
+    Vec3 direction{0.0};
+    direction[axis] = 1;
+    near = clipped(near, direction, box.lo[axis] - margin, tolerance_);
+    if (!near.empty()) near = clipped(near, -direction, -box.hi[axis] - margin, tolerance_);
+  }
+  if (near.empty()) return false;
+  const ViewShaft shaft(t.corner, near, tolerance_);
+  return std::any_of(t.between.begin(), t.between.end(),
+                     [&](std::uint32_t index) { return shaft.may_hold(pair_.between[index]); });
+}
+
+/// How far off a triangle may be all of whose points agree. One that is dark sees no more than what lies outside the umbrae.
+double Integrator::doubt(const Triangle& t, bool dark, double unobstructed) {
+  double at_stake = unobstructed;
+  if (dark) {
+    at_stake = 0;
+    for (const Polygon& piece : outside_umbrae(pair_.between, t.between, t.corner, pair_.source, tolerance_))
+      at_stake += exchange_area(t.corner, piece);
+  }
+  return doubt_share * at_stake * std::sqrt(t.area / receiver_area_);
 }
 
 /// @param between  what the triangle's parent had between; what reaches its own shaft stays
@@ -197,7 +235,7 @@ Triangle Integrator::triangle(const std::array<Vec3, 3>& corner, const std::vect
 }
 
 void Integrator::push(Triangle t) {
-  error_ += t.error;
+  error_square_ += t.error * t.error;
   heap_.push_back(std::move(t));
   std::push_heap(heap_.begin(), heap_.end(), less_wrong);
 }
@@ -207,7 +245,7 @@ void Integrator::halve_worst() {
   std::pop_heap(heap_.begin(), heap_.end(), less_wrong);
   const Triangle t = std::move(heap_.back());
   heap_.pop_back();
-  error_ -= t.error;
+  error_square_ -= t.error * t.error;
   std::size_t longest = 0;
   double length = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -229,9 +267,14 @@ Exchange Integrator::integral(std::uint64_t most_points) {
   for (std::uint32_t k = 0; k < all.size(); ++k) all[k] = k;
   for (const Polygon& piece : pieces_between_standing(pair_, plane_tolerance_))
     for (std::size_t k = 1; k + 1 < piece.size(); ++k) push(triangle({piece[0], piece[k], piece[k + 1]}, all));
-  while (error_ > allowed_error_ && result_.points < most_points) halve_worst();
-  // The running sum has drifted by rounding: what is reported is summed anew.
-  for (const Triangle& t : heap_) result_.area += t.value, result_.error += t.error;
+  do {
+    while (error_square_ > allowed_error_ * allowed_error_ && result_.points < most_points) halve_worst();
+    // The running sum has drifted by rounding: what counts is summed anew.
+    error_square_ = 0;
+    for (const Triangle& t : heap_) error_square_ += t.error * t.error;
+  } while (error_square_ > allowed_error_ * allowed_error_ && result_.points < most_points);
+  for (const Triangle& t : heap_) result_.area += t.value;
+  result_.error = std::sqrt(error_square_);
   return result_;
 }
 
