@@ -16,9 +16,9 @@ constexpr std::uint32_t none = 0xffffffffu;
 constexpr std::size_t most_planes = 64;
 
 struct Edge {
-  Vec3 from, to;                           ///< as its first face has it
+  Vec3 from, to;                              ///< as its first face has it
   std::uint32_t first = none, second = none;  ///< faces on its left and right
-  bool crowded = false;                    ///< more than two faces, or two that have it the same way
+  bool crowded = false;                       ///< more than two faces, or two that have it the same way
 };
 
 /// The edges of all surfaces, by the places of their ends.
@@ -37,9 +37,7 @@ class Edges {
     const double step = std::max(tolerance_, 1e-300);
     return {std::llround(p.x / step), std::llround(p.y / step), std::llround(p.z / step)};
   }
-  std::pair<Place, Place> key(const Vec3& from, const Vec3& to) const {
-    return std::minmax(place(from), place(to));
-  }
+  std::pair<Place, Place> key(const Vec3& from, const Vec3& to) const { return std::minmax(place(from), place(to)); }
   void add(std::uint32_t face, const Vec3& from, const Vec3& to) {
     const auto [at, added] = edges_.try_emplace(key(from, to), Edge{from, to, face});
     Edge& edge = at->second;

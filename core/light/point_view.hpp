@@ -34,28 +34,40 @@ class PointView {
                   std::span<const Obstruction> obstructions, std::span<const std::uint32_t> which);
 
  private:
-  /// Convex pieces, corners relative to the point.
+  /// Where a pyramid's side meets the source's plane: positive inwards, in units of the height over the side.
+  struct Line {
+    double u = 0, v = 0, offset = 0;
+    double height(const Vec2& p) const { return u * p.x + v * p.y + offset; }
+  };
+  /// Convex pieces, corners in coordinates of the source's plane.
   struct Pieces {
-    std::vector<Vec3> corners;
+    std::vector<Vec2> corners;
     std::vector<std::uint32_t> ends;  ///< one past the last corner of each
     void clear() { corners.clear(), ends.clear(); }
-    std::span<const Vec3> piece(std::size_t k) const {
+    std::span<const Vec2> piece(std::size_t k) const {
       const std::uint32_t first = k == 0 ? 0 : ends[k - 1];
       return {corners.data() + first, ends[k] - first};
     }
-    void add(std::span<const Vec3> piece) {
+    void add(std::span<const Vec2> piece) {
       corners.insert(corners.end(), piece.begin(), piece.end());
       ends.push_back(static_cast<std::uint32_t>(corners.size()));
     }
   };
-  bool misses(std::span<const Vec3> piece) const;
-  void cut(std::span<const Vec3> piece);
-  bool split(std::span<const Vec3> piece, const Vec3& plane);
+  void lay_plane(std::span<const Vec3> source);
+  bool find_shadow(const Obstruction& obstruction, const Vec3& point);
+  bool misses(std::span<const Vec2> piece) const;
+  void cut(std::span<const Vec2> piece);
+  bool split(std::span<const Vec2> piece, const Line& line);
+  double seen(const Vec3& normal);
 
   double tolerance_;
-  std::vector<Vec3> pyramid_;  ///< unit normals of its sides, inwards
+  Vec3 origin_, along_u_, along_v_;  ///< of the source's plane; the origin relative to the point
+  std::vector<Vec3> sides_;
+  std::vector<Line> shadow_;
   Pieces now_, next_;
-  std::vector<Vec3> rest_, inside_, outside_;
+  std::vector<Vec2> whole_, rest_, inside_, outside_;
+  std::vector<double> heights_;
+  std::vector<Vec3> seen_;
 };
 
 }  // namespace lichthof

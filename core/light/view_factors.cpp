@@ -117,9 +117,8 @@ Matrix::Matrix(const Scene& scene, std::span<const ViewSide> sides, const ViewFa
   for (std::uint32_t k = 0; k < solids_.size(); ++k)
     for (const std::uint32_t surface : solids_[k].surfaces) solid_of[surface] = k;
   std::iota(by_area.begin(), by_area.end(), 0u);
-  std::stable_sort(by_area.begin(), by_area.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return scene.surfaces[a].area > scene.surfaces[b].area;
-  });
+  std::stable_sort(by_area.begin(), by_area.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return scene.surfaces[a].area > scene.surfaces[b].area; });
   for (const std::uint32_t i : by_area)
     parts_.push_back({obstruction(scene.surfaces[i].corners, scene.surfaces[i].normal), solid_of[i]});
 }
