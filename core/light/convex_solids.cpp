@@ -108,7 +108,10 @@ std::optional<ConvexSolid> solid_of(const Shell& shell, std::span<const Surface>
   for (const std::uint32_t face : shell.faces) {
     plane_of[face] = static_cast<std::uint32_t>(shape.planes.size());
     shape.planes.push_back({surfaces[face].normal, glm::dot(surfaces[face].normal, surfaces[face].corners[0])});
-    shape.corners.insert(shape.corners.end(), surfaces[face].corners.begin(), surfaces[face].corners.end());
+    for (const Vec3& corner : surfaces[face].corners)
+      if (std::none_of(shape.corners.begin(), shape.corners.end(),
+                       [&](const Vec3& known) { return glm::length(corner - known) <= tolerance; }))
+        shape.corners.push_back(corner);
   }
   std::vector<const Edge*> open;
   for (const Edge* edge : shell.edges)
