@@ -245,7 +245,10 @@ void cut(const Scene& scene, std::uint32_t face, double size, bool keep_backs, C
     for (const Polygon& piece : covered.left) cut_out(piece, scene.surfaces[cover], size, rest);
     covered.left = std::move(rest);
   }
-  covered.whole = keep_backs && covered.left.empty() &&
+  constexpr double nothing = 1e-5;  // of its area: the hairs that cuts leave
+  double area_left = 0;
+  for (const Polygon& piece : covered.left) area_left += area(piece);
+  covered.whole = keep_backs && area_left < nothing * surface.area &&
                   std::all_of(covered.covers.begin(), covered.covers.end(), [&](std::uint32_t cover) {
                     return glm::dot(scene.surfaces[cover].normal, surface.normal) < 0;
                   });

@@ -65,6 +65,10 @@ constexpr double change_share = 0.25;
 /// it is taken to be one point's share at most.
 constexpr double doubt_share = 1.0 / 25;
 
+/// Triangles' errors add up as those of independent estimates do, but for this share, which has the same sign in all: along one
+/// straight shadow all triangles are cut alike.
+constexpr double alike_share = 0.1;
+
 /// Share of the allowed error from which on it is worth asking where the rule misses something of the whole exchange.
 constexpr double missed_share = 1e-3;
 
@@ -152,6 +156,8 @@ class Integrator {
   double doubt(const Triangle& triangle, bool dark, double unobstructed);
   bool is_near_obstructed(const Triangle& triangle) const;
   void halve_worst();
+  /// Of all triangles together (m²).
+  double error() const { return std::sqrt(std::max(0.0, error_square_)) + alike_share * error_sum_; }
 
   const FacingPair& pair_;
   double allowed_error_, plane_tolerance_, tolerance_;
@@ -159,6 +165,7 @@ class Integrator {
   PointView view_;
   double receiver_area_ = 0;
   double error_square_ = 0;  ///< sum over all triangles (m⁴)
+  double error_sum_ = 0;     ///< likewise (m²)
   std::vector<Triangle> heap_;
   Exchange result_;
 };
@@ -241,7 +248,7 @@ Triangle Integrator::triangle(const std::array<Vec3, 3>& corner, const std::vect
 }
 
 void Integrator::push(Triangle t) {
-  error_square_ += t.error * t.error;
+  error_square_ += t.error * t.error, error_sum_ += t.error;
   heap_.push_back(std::move(t));
   std::push_heap(heap_.begin(), heap_.end(), less_wrong);
 }
@@ -251,7 +258,7 @@ void Integrator::halve_worst() {
   std::pop_heap(heap_.begin(), heap_.end(), less_wrong);
   const Triangle t = std::move(heap_.back());
   heap_.pop_back();
-  error_square_ -= t.error * t.error;
+  error_square_ -= t.error * t.error, error_sum_ -= t.error;
   std::size_t longest = 0;
   double length = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -274,13 +281,13 @@ Exchange Integrator::integral(std::uint64_t most_points) {
   for (const Polygon& piece : pieces_between_standing(pair_, plane_tolerance_))
     for (std::size_t k = 1; k + 1 < piece.size(); ++k) push(triangle({piece[0], piece[k], piece[k + 1]}, all));
   do {
-    while (error_square_ > allowed_error_ * allowed_error_ && result_.points < most_points) halve_worst();
-    // The running sum has drifted by rounding: what counts is summed anew.
-    error_square_ = 0;
-    for (const Triangle& t : heap_) error_square_ += t.error * t.error;
-  } while (error_square_ > allowed_error_ * allowed_error_ && result_.points < most_points);
+    while (error() > allowed_error_ && result_.points < most_points) halve_worst();
+    // The running sums have drifted by rounding: what counts is summed anew.
+    error_square_ = error_sum_ = 0;
+    for (const Triangle& t : heap_) error_square_ += t.error * t.error, error_sum_ += t.error;
+  } while (error() > allowed_error_ && result_.points < most_points);
   for (const Triangle& t : heap_) result_.area += t.value;
-  result_.error = std::sqrt(error_square_);
+  result_.error = error();
   return result_;
 }
 
