@@ -73,6 +73,8 @@ class Matrix {
   double allowed_error(std::uint32_t i, std::uint32_t j) const { return allowed_error(sides_[i], sides_[j]); }
   /// Whether a pair counts at all.
   bool is_wanted(std::uint32_t i, std::uint32_t j) const { return is_wanted(sides_[i]) || is_wanted(sides_[j]); }
+  /// Whether some of each is in front of the other.
+  bool faces(std::uint32_t i, std::uint32_t j) const { return faces(sides_[i], sides_[j]); }
   bool is_stopped() const { return options_.stop && *options_.stop; }
   Check checked(std::uint32_t i, const Entry& entry) const;
 
@@ -263,7 +265,7 @@ void sum_up(ViewFactors& result, const Matrix& matrix, const std::vector<Row>& r
     }
     // What was not reached is not known, nor any sum with it.
     for (std::uint32_t j = rows[i].end; j < rows.size(); ++j) {
-      if (!matrix.is_wanted(i, j)) continue;
+      if (!matrix.is_wanted(i, j) || !matrix.faces(i, j)) continue;
       ++result.pairs_missing;
       const Entry unknown{j, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
       add(matrix.side(i).group, matrix.side(j).group, unknown);
