@@ -36,7 +36,8 @@ enum class Clear : std::uint8_t {
 /// others have 19 points [Laurie82] and 6 on the border, at each of which the visible part is known exactly (PointView), and
 /// are halved, the worst first, until their errors together are less than allowed. The error of one is three times the largest
 /// difference of the rule of degree 8 from those of degrees 5 and 3, which share no point, or a tenth of that from a rule with
-/// points on the border, which finds narrow shadows there. Of the visible and the hidden part that one is integrated whose rules agree better.
+/// points on the border, which finds narrow shadows there. Of the visible and the hidden part that one is integrated whose rules
+/// agree better.
 /// Added to it are what the rule misses of the whole exchange, where something stands between near parts, and a point's share of
 /// what is at stake where all points agree (docs/decisions/0040).
 ///

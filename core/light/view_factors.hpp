@@ -29,7 +29,7 @@ struct ViewFactorOptions {
   double tolerance = 1e-6;              ///< allowed error of F between two sides, for the smaller of the two (1)
   std::uint64_t most_points = 200000;   ///< a pair is given up then, with the error it has
   std::uint32_t pairs_both_ways = 200;  ///< about so many are computed a second time
-  std::vector<char> rows;               ///< per group: it is asked for; empty: all. Only pairs with one of those count
+  std::vector<char> rows = {};          ///< per group: it is asked for; empty: all. Only pairs with one of those count
   const std::atomic<bool>* stop = nullptr;  ///< when it rises, what was reached is returned within seconds
 };
 
