@@ -230,45 +230,71 @@ Surface piece_of(const Surface& whole, Polygon corners) {
   return piece;
 }
 
+/// A face that is to be cut.
+struct Covered {
+  std::vector<std::uint32_t> covers;
+  std::vector<Polygon> left;
+  bool whole = false;  ///< it stays, as the other side of what covers it
+};
+
+void cut(const Scene& scene, std::uint32_t face, double size, bool keep_backs, Covered& covered) {
+  const Surface& surface = scene.surfaces[face];
+  covered.left = {surface.corners};
+  for (const std::uint32_t cover : covered.covers) {
+    std::vector<Polygon> rest;
+    for (const Polygon& piece : covered.left) cut_out(piece, scene.surfaces[cover], size, rest);
+    covered.left = std::move(rest);
+  }
+  constexpr double nothing = 1e-5;  // of its area: the hairs that cuts leave
+  double area_left = 0;
+  for (const Polygon& piece : covered.left) area_left += area(piece);
+  covered.whole = keep_backs && area_left < nothing * surface.area &&
+                  std::all_of(covered.covers.begin(), covered.covers.end(), [&](std::uint32_t cover) {
+                    return glm::dot(scene.surfaces[cover].normal, surface.normal) < 0;
+                  });
+  if (covered.whole) covered.left = {surface.corners};
+}
+
 }  // namespace
 
-void cut_overlaps(Scene& scene, const FaceNames& names, ImportReport& report) {
+void cut_overlaps(Scene& scene, const FaceNames& names, ImportReport& report, bool keep_backs) {
   if (scene.surfaces.empty()) return;
   const Box box = bounds(scene);
   const double size = max_channel(box.size());
-  const std::vector<Pair> pairs = overlapping(scene, box, report.overlaps_complete);
+  std::vector<Pair> pairs = overlapping(scene, box, report.overlaps_complete);
   if (pairs.empty()) return;
 
-  std::map<std::uint32_t, std::vector<std::uint32_t>> covers;  // of each surface that is to be cut
+  // Everyone is cut by the others as they were: what was taken from those is covered by somebody who stays before both.
+  std::map<std::uint32_t, Covered> covered;
+  for (Pair& pair : pairs) {
+    const bool first_stays = stays(scene, pair.surface, pair.other_surface);
+    if (!first_stays) std::swap(pair.surface, pair.other_surface);
+    if (within_lift(scene.surfaces[pair.other_surface], scene.surfaces[pair.surface], lift_share * size))
+      covered[pair.other_surface].covers.push_back(pair.surface);
+  }
+  for (auto& [face, what] : covered) cut(scene, face, size, keep_backs, what);
+
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const bool first_stays = stays(scene, pairs[i].surface, pairs[i].other_surface);
-    const std::uint32_t stay = first_stays ? pairs[i].surface : pairs[i].other_surface;
-    const std::uint32_t cut = first_stays ? pairs[i].other_surface : pairs[i].surface;
-    const bool cuts = within_lift(scene.surfaces[cut], scene.surfaces[stay], lift_share * size);
-    if (cuts) covers[cut].push_back(stay);
     // Pieces of one face count once.
     if (i > 0 && pairs[i].face == pairs[i - 1].face && pairs[i].other_face == pairs[i - 1].other_face) continue;
+    const auto found = covered.find(pairs[i].other_surface);
+    if (found != covered.end() && found->second.whole) continue;
     ++report.coplanar_overlaps;
-    note_overlap(scene, names, scene.surfaces[stay], scene.surfaces[cut], cuts, report);
+    note_overlap(
+        scene, names, scene.surfaces[pairs[i].surface], scene.surfaces[pairs[i].other_surface],
+        within_lift(scene.surfaces[pairs[i].other_surface], scene.surfaces[pairs[i].surface], lift_share * size),
+        report);
   }
 
-  // Everyone is cut by the others as they were: what was taken from those is covered by somebody who stays before both.
   std::vector<Surface> left;
   left.reserve(scene.surfaces.size());
   for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
-    const Surface& surface = scene.surfaces[s];
-    const auto found = covers.find(s);
-    if (found == covers.end()) {
-      left.push_back(surface);
+    const auto found = covered.find(s);
+    if (found == covered.end()) {
+      left.push_back(std::move(scene.surfaces[s]));
       continue;
     }
-    std::vector<Polygon> pieces{surface.corners};
-    for (const std::uint32_t cover : found->second) {
-      std::vector<Polygon> rest;
-      for (const Polygon& piece : pieces) cut_out(piece, scene.surfaces[cover], size, rest);
-      pieces = std::move(rest);
-    }
-    for (Polygon& piece : pieces) left.push_back(piece_of(surface, std::move(piece)));
+    for (Polygon& piece : found->second.left) left.push_back(piece_of(scene.surfaces[s], std::move(piece)));
   }
   scene.surfaces = std::move(left);
   report.surfaces_made = scene.surfaces.size();

@@ -18,7 +18,9 @@ using FaceNames = std::function<std::string(const Surface&)>;
 
 /// Cuts faces so that they overlap no longer: a luminaire stays whole before what does not emit, then the smaller face before
 /// the larger. What is left of a face takes the place of its surface, as convex pieces. Counts and names the pairs.
+/// @param keep_backs  a face stays whole where all that would be left of it is nothing, and what covers it looks the other way: the
+///                    other side of a thin plate
 /// @cost  near-linear; the search ends after a fixed amount of work and says so in the report
-void cut_overlaps(Scene& scene, const FaceNames& names, ImportReport& report);
+void cut_overlaps(Scene& scene, const FaceNames& names, ImportReport& report, bool keep_backs = false);
 
 }  // namespace lichthof::io

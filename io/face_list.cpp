@@ -33,7 +33,8 @@ bool has_area(std::span<const Vec3> corners) {
 
 class Maker {
  public:
-  Maker(const FaceList& faces, Scene& scene, ImportReport& report) : list_(faces), scene_(scene), report_(report) {
+  Maker(const FaceList& faces, Scene& scene, ImportReport& report, bool keep_backs)
+      : list_(faces), scene_(scene), report_(report), keep_backs_(keep_backs) {
     Box box;
     for (const Vec3& corner : list_.corners) box.include(corner);
     place_ = welded(list_.corners, weld_share * glm::length(box.size()));
@@ -54,6 +55,7 @@ class Maker {
   const FaceList& list_;
   Scene& scene_;
   ImportReport& report_;
+  bool keep_backs_;
   std::vector<std::uint32_t> place_;  ///< per corner: equal where welded
   std::vector<Corners> rings_;        ///< per face: corners without repetition; empty when dropped
 };
@@ -120,7 +122,8 @@ void Maker::drop_duplicates() {
     for (const std::uint32_t place : key) hash = (hash ^ place) * 1099511628211ull, hash ^= hash >> 29;
     std::vector<Seen>& alike = seen[hash];
     const auto twin = std::find_if(alike.begin(), alike.end(), [&](const Seen& other) {
-      return rings_[other.face].size() == key.size() && ring_key(rings_[other.face], other_reversed) == key;
+      return rings_[other.face].size() == key.size() && ring_key(rings_[other.face], other_reversed) == key &&
+             !(keep_backs_ && other.reversed != reversed);
     });
     if (twin == alike.end()) {
       alike.push_back({face, reversed});
@@ -234,6 +237,12 @@ Status Maker::make() {
 
 }  // namespace
 
+std::uint32_t FaceList::group(const std::string& name) {
+  const auto known = std::find(groups.begin(), groups.end(), name);
+  if (known == groups.end()) return groups.push_back(name), static_cast<std::uint32_t>(groups.size() - 1);
+  return static_cast<std::uint32_t>(known - groups.begin());
+}
+
 std::string FaceList::where(std::size_t face) const { return at_line(parts[faces[face].part], faces[face].line); }
 
 std::vector<std::uint32_t> welded(std::span<const Vec3> points, double tolerance) {
@@ -265,8 +274,8 @@ std::vector<std::uint32_t> welded(std::span<const Vec3> points, double tolerance
   return result;
 }
 
-Status make_surfaces(const FaceList& faces, Scene& scene, ImportReport& report) {
-  return Maker(faces, scene, report).make();
+Status make_surfaces(const FaceList& faces, Scene& scene, ImportReport& report, bool keep_backs) {
+  return Maker(faces, scene, report, keep_backs).make();
 }
 
 }  // namespace lichthof::io

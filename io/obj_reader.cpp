@@ -170,8 +170,11 @@ void ObjReader::add_faces(const FileFrame& frame, const Placement& placement) {
   const auto part = static_cast<std::uint16_t>(faces_.parts.size());
   faces_.parts.push_back(path_);
   std::optional<std::uint32_t> plain;
+  std::vector<std::uint32_t> groups;
+  for (const ObjText::Name& group : obj_.groups) groups.push_back(faces_.group(group.text));
   for (const ObjText::Face& face : obj_.faces) {
-    FaceList::Face added{static_cast<std::uint32_t>(faces_.corners.size()), face.count, 0, face.line, part, true};
+    FaceList::Face added{static_cast<std::uint32_t>(faces_.corners.size()), face.count, 0, face.line, part, true, {}};
+    if (face.group != ObjText::none) added.origin.group = groups[face.group];
     for (std::uint32_t i = face.first; i < face.first + face.count; ++i) {
       const ObjText::Corner& corner = obj_.corners[i];
       faces_.corners.push_back(world(obj_.vertices[corner.vertex]));

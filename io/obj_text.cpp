@@ -19,9 +19,9 @@ constexpr double largest_coordinate = 1e9;
 
 // Keywords of the OBJ specification that say nothing about shaded polygons.
 constexpr std::string_view silent_keywords[] = {
-    "o",    "g",    "s",     "mg",    "lod",       "bevel",  "c_interp", "d_interp", "usemap", "maplib", "shadow_obj",
-    "deg",  "bmat", "step",  "parm",  "trim",      "hole",   "scrv",     "sp",       "end",    "con",    "vp",
-    "call", "csh",  "ctech", "stech", "trace_obj", "cstype", "cdc",      "cdp",      "bzp",    "bsp",    "res"};
+    "s",     "mg",    "lod",       "bevel",  "c_interp", "d_interp", "usemap", "maplib", "shadow_obj", "deg",  "bmat",
+    "step",  "parm",  "trim",      "hole",   "scrv",     "sp",       "end",    "con",    "vp",         "call", "csh",
+    "ctech", "stech", "trace_obj", "cstype", "cdc",      "cdp",      "bzp",    "bsp",    "res"};
 constexpr std::string_view curve_keywords[] = {"l", "p", "curv", "curv2", "surf"};
 
 bool among(std::string_view word, std::span<const std::string_view> words) {
@@ -40,7 +40,8 @@ class Reader {
   std::optional<Error> face(std::string_view rest);
   std::optional<Error> corner(std::string_view word);
   std::optional<Error> index(std::string_view digits, const char* what, std::size_t defined, std::uint32_t& result);
-  void use_material(std::string_view rest);
+  std::uint32_t named(std::string_view rest, std::map<std::string, std::uint32_t, std::less<>>& indices,
+                      std::vector<ObjText::Name>& names) const;
   std::optional<Error> ranges() const;
 
   const std::string& path_;
@@ -48,14 +49,14 @@ class Reader {
   ObjText obj_;
   double numbers_[7] = {};
   std::uint64_t normal_count_ = 0;
-  std::uint32_t material_ = ObjText::none;
+  std::uint32_t material_ = ObjText::none, group_ = ObjText::none;
   // Indices that point ahead are judged at the end; the largest of each kind and its line are enough.
   struct Highest {
     std::uint64_t index = 0;
     std::uint32_t line = 0;
   };
   Highest vertex_ahead_, texcoord_ahead_, normal_ahead_;
-  std::map<std::string, std::uint32_t, std::less<>> material_indices_;
+  std::map<std::string, std::uint32_t, std::less<>> material_indices_, group_indices_;
 };
 
 std::optional<Error> Reader::numbers(std::string_view key, std::string_view rest, int least, int most) {
@@ -132,15 +133,17 @@ std::optional<Error> Reader::face(std::string_view rest) {
   if (count < 3) return wrong("a face needs at least 3 corners, found " + std::to_string(count));
   if (obj_.corners.size() >= ObjText::none) return wrong("more than 4 billion corners");
   obj_.faces.push_back(
-      {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count), material_, lines_.number()});
+      {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count), material_, lines_.number(), group_});
   return {};
 }
 
-void Reader::use_material(std::string_view rest) {
+/// The number of a name among those of its kind.
+std::uint32_t Reader::named(std::string_view rest, std::map<std::string, std::uint32_t, std::less<>>& indices,
+                            std::vector<ObjText::Name>& names) const {
   const std::string name(trimmed(rest));
-  const auto [entry, is_new] = material_indices_.try_emplace(name, static_cast<std::uint32_t>(obj_.materials.size()));
-  if (is_new) obj_.materials.push_back({name, lines_.number()});
-  material_ = entry->second;
+  const auto [entry, is_new] = indices.try_emplace(name, static_cast<std::uint32_t>(names.size()));
+  if (is_new) names.push_back({name, lines_.number()});
+  return entry->second;
 }
 
 std::optional<Error> Reader::line(std::string_view key, std::string_view rest) {
@@ -157,7 +160,9 @@ std::optional<Error> Reader::line(std::string_view key, std::string_view rest) {
   } else if (key == "f" || key == "fo") {
     return face(rest);
   } else if (key == "usemtl") {
-    use_material(rest);
+    material_ = named(rest, material_indices_, obj_.materials);
+  } else if (key == "o" || key == "g") {
+    group_ = trimmed(rest).empty() ? ObjText::none : named(rest, group_indices_, obj_.groups);
   } else if (key == "mtllib") {
     if (trimmed(rest).empty()) return wrong("mtllib expects the name of a file");
     obj_.libraries.push_back({std::string(trimmed(rest)), lines_.number()});

@@ -23,6 +23,7 @@ struct ObjText {
     std::uint32_t first = 0, count = 0;  ///< range of corners, count ≥ 3
     std::uint32_t material = none;       ///< index into materials
     std::uint32_t line = 0;
+    std::uint32_t group = none;  ///< index into groups
   };
   struct Name {
     std::string text;
@@ -34,6 +35,7 @@ struct ObjText {
   std::vector<Corner> corners;
   std::vector<Face> faces;
   std::vector<Name> materials;       ///< names after usemtl, each once, with the line of its first use
+  std::vector<Name> groups;          ///< names after o and g, each once, with the line of its first use
   std::vector<Name> libraries;       ///< what stands after each mtllib
   Name first_unknown;                ///< a line whose keyword is not one of OBJ's; empty: none
   std::uint64_t ignored_curves = 0;  ///< lines, points and free-form elements, which have no area

@@ -9,6 +9,7 @@
 #include "io/scene_file.hpp"
 #include "io/scene_survey.hpp"
 #include "io/text.hpp"
+#include "io/vs3_reader.hpp"
 
 namespace lichthof::io {
 
@@ -42,11 +43,13 @@ Expected<FileFrame> frame_with(FileFrame frame, const ReadOptions& options) {
 
 namespace {
 
-Status read_obj_scene(const std::string& path, const ReadOptions& options, LoadedScene& loaded, FaceList& faces) {
+Status read_bare_scene(const std::string& path, const ReadOptions& options, bool vs3, LoadedScene& loaded,
+                       FaceList& faces) {
   const Expected<FileFrame> frame = frame_with({}, options);
   if (!frame) return frame.error();
   loaded.scene.file_frame = *frame;
-  return read_obj(path, *frame, {}, loaded.scene, faces, loaded.report);
+  return vs3 ? read_vs3(path, *frame, loaded.scene, faces, loaded.report)
+             : read_obj(path, *frame, {}, loaded.scene, faces, loaded.report);
 }
 
 /// A patch size far too small asks the mesher for more patches than any machine holds.
@@ -67,19 +70,21 @@ Status patch_size_fits(const std::string& path, const Scene& scene) {
 Expected<LoadedScene> read_scene(const std::string& path, const ReadOptions& options) {
   std::string ending = std::filesystem::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending != ".obj" && ending != ".toml")
-    return bad_input(path, "unknown kind of scene; .obj or .toml was expected");
+  if (ending != ".obj" && ending != ".toml" && ending != ".vs3")
+    return bad_input(path, "unknown kind of scene; .obj or .toml was expected (or View3D's .vs3)");
 
   LoadedScene loaded;
   loaded.report.file = path;
   FaceList faces;
-  const Status read = ending == ".obj" ? read_obj_scene(path, options, loaded, faces)
-                                       : read_scene_file(path, options, loaded.scene, faces, loaded.report);
+  const Status read = ending == ".toml" ? read_scene_file(path, options, loaded.scene, faces, loaded.report)
+                                        : read_bare_scene(path, options, ending == ".vs3", loaded, faces);
   if (!read) return read.error();
-  if (Status made = make_surfaces(faces, loaded.scene, loaded.report); !made) return made.error();
+  if (Status made = make_surfaces(faces, loaded.scene, loaded.report, options.keep_backs); !made) return made.error();
   if (loaded.scene.surfaces.empty()) return bad_input(path, "has no face with an area");
   const auto name = [&faces](const Surface& surface) { return faces.where(surface.source_face - 1); };
-  cut_overlaps(loaded.scene, name, loaded.report);
+  cut_overlaps(loaded.scene, name, loaded.report, options.keep_backs);
+  for (const FaceList::Face& face : faces.faces) loaded.origins.push_back(face.origin);
+  loaded.groups = std::move(faces.groups);
   survey(loaded.scene, loaded.report);
   if (Status fits = patch_size_fits(path, loaded.scene); !fits) return fits.error();
   return loaded;

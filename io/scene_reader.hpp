@@ -12,6 +12,7 @@
 
 #include "core/base/expected.hpp"
 #include "core/scene/scene.hpp"
+#include "io/face_list.hpp"
 #include "io/import_report.hpp"
 
 namespace lichthof::io {
@@ -19,14 +20,17 @@ namespace lichthof::io {
 struct ReadOptions {
   std::optional<std::string> unit;  ///< --unit mm|cm|m|in|ft; goes before what a scene file says; else m
   std::optional<std::string> up;    ///< --up y|z; likewise; else z
+  bool keep_backs = false;          ///< two faces back to back are both kept: what asks for sides, not for light
 };
 
 struct LoadedScene {
   Scene scene;
   ImportReport report;
+  std::vector<FaceList::Origin> origins;  ///< of each face read: surfaces name it by their source_face - 1
+  std::vector<std::string> groups;        ///< names of OBJ objects and groups
 };
 
-/// Reads `.obj` (with its MTL files) and `.toml` (see scene_file.hpp).
+/// Reads `.obj` (with its MTL files), `.toml` (see scene_file.hpp) and `.vs3` (see vs3_reader.hpp).
 ///
 /// @returns a scene with at least one surface, everything finite, reflectances in [0, 1), indices in range. It may be
 ///          without light: report.emitters tells.

@@ -107,6 +107,23 @@ std::string_view without_plus(std::string_view word) {
 
 }  // namespace
 
+bool is_of_pattern(std::string_view name, std::string_view pattern) {
+  std::size_t n = 0, p = 0, star = std::string_view::npos, resume = 0;
+  while (n < name.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++, resume = n;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n])) {
+      ++n, ++p;
+    } else if (star != std::string_view::npos) {
+      // The last star takes one character more.
+      p = star + 1, n = ++resume;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
 bool parse_number(std::string_view word, double& value) {
   word = without_plus(word);
   const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);

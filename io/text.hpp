@@ -44,6 +44,9 @@ std::string_view next_word(std::string_view& rest);
 /// Without blanks and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
+/// Whether a whole name is of a pattern: `*` stands for any characters, `?` for one.
+bool is_of_pattern(std::string_view name, std::string_view pattern);
+
 /// Reads a whole word as a number, correctly rounded; "nan" and "inf" are numbers here. @returns false: not a number
 bool parse_number(std::string_view word, double& value);
 bool parse_integer(std::string_view word, std::int64_t& value);

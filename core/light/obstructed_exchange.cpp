@@ -18,6 +18,7 @@ struct RulePoint {
   double u, v;    ///< barycentric: corner 0 has the rest
   double fine;    ///< weight in the rule of degree 8
   double coarse;  ///< weight in the rule of degree 5
+  double other;   ///< weight in the rule of degree 3 of the points that the coarse one leaves out
   double closed;  ///< weight in the rule of degree 3 that looks from the triangle's corners and sides
 };
 
@@ -25,27 +26,28 @@ struct RulePoint {
 /// obstruction's plane there.
 constexpr std::array<RulePoint, 25> rule = [] {
   struct Three {
-    double twice, fine, coarse, closed;
+    double twice, fine, coarse, other, closed;
   };
   constexpr double drawn_in = 1e-4;
-  constexpr std::array<Three, 6> threes{{{0.1012865073234563, 0.0376204254131829, 0.1259391805448271, 0},
-                                         {0.4701420641051151, 0.0783573522441174, 0.1323941527885062, 0},
-                                         {0.2321023267750504, 0.1162714796569659, 0, 0},
-                                         {0.0294808608844396, 0.0134442673751655, 0, 0},
-                                         {drawn_in / 3, 0, 0, 1.0 / 20},
-                                         {0.5 - drawn_in / 6, 0, 0, 2.0 / 15}}};
+  constexpr std::array<Three, 6> threes{{{0.1012865073234563, 0.0376204254131829, 0.1259391805448271, 0, 0},
+                                         {0.4701420641051151, 0.0783573522441174, 0.1323941527885062, 0, 0},
+                                         {0.2321023267750504, 0.1162714796569659, 0, 0.1626010355654214, 0},
+                                         {0.0294808608844396, 0.0134442673751655, 0, 0.0001016624744617, 0},
+                                         {drawn_in / 3, 0, 0, 0, 1.0 / 20},
+                                         {0.5 - drawn_in / 6, 0, 0, 0, 2.0 / 15}}};
   std::array<RulePoint, 25> points{};
   std::size_t at = 0;
-  points[at++] = {1.0 / 3, 1.0 / 3, 0.0378610912003147, 0.225, 9.0 / 20};
+  points[at++] = {1.0 / 3, 1.0 / 3, 0.0378610912003147, 0.225, 0, 9.0 / 20};
   for (const Three& t : threes) {
     const double once = 1 - 2 * t.twice;
-    points[at++] = {t.twice, t.twice, t.fine, t.coarse, t.closed};
-    points[at++] = {t.twice, once, t.fine, t.coarse, t.closed};
-    points[at++] = {once, t.twice, t.fine, t.coarse, t.closed};
+    points[at++] = {t.twice, t.twice, t.fine, t.coarse, t.other, t.closed};
+    points[at++] = {t.twice, once, t.fine, t.coarse, t.other, t.closed};
+    points[at++] = {once, t.twice, t.fine, t.coarse, t.other, t.closed};
   }
-  constexpr double a = 0.7384168123405100, b = 0.2321023267750504, c = 1 - a - b, weight = 0.0375097224552317;
+  constexpr double a = 0.7384168123405100, b = 0.2321023267750504, c = 1 - a - b, weight = 0.0375097224552317,
+                   other = 0.0853153176467251;
   constexpr std::array<std::array<double, 2>, 6> six{{{a, b}, {b, a}, {a, c}, {c, a}, {b, c}, {c, b}}};
-  for (const auto& [u, v] : six) points[at++] = {u, v, weight, 0, 0};
+  for (const auto& [u, v] : six) points[at++] = {u, v, weight, 0, other, 0};
   return points;
 }();
 
@@ -59,17 +61,28 @@ constexpr double closed_share = 0.1;
 /// What halving a triangle changed is its own error; this much of it is taken to be left in the halves at least.
 constexpr double change_share = 0.25;
 
-/// A triangle all of whose points see the whole source past obstructions, or nothing of it for several together, may hold a part
-/// where that is not so: it is taken to be one point's share at most, and of a large triangle rather than a small one.
+/// A triangle all of whose points see the source past all obstructions, or nothing of it, may hold a part where that is not so:
+/// it is taken to be one point's share at most.
 constexpr double doubt_share = 1.0 / 25;
+
+/// Triangles' errors add up as those of independent estimates do, but for this share, which has the same sign in all: along one
+/// straight shadow all triangles are cut alike.
+constexpr double alike_share = 0.1;
+
+/// Share of the allowed error from which on it is worth asking where the rule misses something of the whole exchange.
+constexpr double missed_share = 1e-3;
 
 /// The rules' sums over a triangle of area 1.
 struct RuleSums {
-  double fine = 0, coarse = 0, closed = 0;
+  double fine = 0, coarse = 0, other = 0, closed = 0;
   void add(const RulePoint& point, double value) {
-    fine += point.fine * value, coarse += point.coarse * value, closed += point.closed * value;
+    fine += point.fine * value, coarse += point.coarse * value;
+    other += point.other * value, closed += point.closed * value;
   }
-  double error() const { return safety * std::max(std::abs(fine - coarse), closed_share * std::abs(fine - closed)); }
+  /// Two rules that share no point are seldom both right by chance.
+  double error() const {
+    return safety * std::max({std::abs(fine - coarse), std::abs(fine - other), closed_share * std::abs(fine - closed)});
+  }
 };
 
 struct Triangle {
@@ -103,10 +116,9 @@ void for_each_standing(const FacingPair& pair, double tolerance, Cut cut) {
     return glm::dot(pair.receiver_normal, p - pair.receiver.front()) <= tolerance;
   };
   for (const Obstruction& o : pair.between)
-    for (std::size_t k = 0; k < o.corners.size(); ++k) {
-      const Vec3 &from = o.corners[k], &to = o.corners[k + 1 < o.corners.size() ? k + 1 : 0];
+    for_each_edge(o, [&](const Vec3& from, const Vec3& to) {
       if (on_receiver(from) && on_receiver(to)) cut(from, to);
-    }
+    });
 }
 
 /// The receiver in pieces, none of which an obstruction stands on. Only pieces that a segment really crosses are cut.
@@ -141,14 +153,19 @@ class Integrator {
   Triangle triangle(const std::array<Vec3, 3>& corner, const std::vector<std::uint32_t>& between);
   void push(Triangle t);
   void evaluate(Triangle& triangle);
+  double doubt(const Triangle& triangle, bool dark, double unobstructed);
+  bool is_near_obstructed(const Triangle& triangle) const;
   void halve_worst();
+  /// Of all triangles together (m²).
+  double error() const { return std::sqrt(std::max(0.0, error_square_)) + alike_share * error_sum_; }
 
   const FacingPair& pair_;
   double allowed_error_, plane_tolerance_, tolerance_;
   Clear clear_;
   PointView view_;
   double receiver_area_ = 0;
-  double error_ = 0;  ///< of all triangles (m²)
+  double error_square_ = 0;  ///< sum over all triangles (m⁴)
+  double error_sum_ = 0;     ///< likewise (m²)
   std::vector<Triangle> heap_;
   Exchange result_;
 };
@@ -169,14 +186,47 @@ void Integrator::evaluate(Triangle& t) {
   result_.points += rule.size();
   t.value = t.area * visible.fine;
   t.error = t.area * visible.error();
-  const double other_error = t.area * hidden.error();
-  const bool good_enough = t.error <= 0.1 * allowed_error_ * t.area / receiver_area_;
-  if (clear_ == Clear::contour && !good_enough && other_error < 0.5 * t.error) {
-    t.value = exchange_area(t.corner, pair_.source) - t.area * hidden.fine;
+  if (t.between.empty() && clear_ == Clear::quadrature) return;
+  const double unobstructed = exchange_area(t.corner, pair_.source), other_error = t.area * hidden.error();
+  if (clear_ == Clear::contour && other_error < 0.5 * t.error) {
+    t.value = unobstructed - t.area * hidden.fine;
     t.error = other_error;
   }
-  if (!t.between.empty() && (clear_points == rule.size() || dark_points == rule.size()))
-    t.error += doubt_share * (visible.fine + hidden.fine) * t.area * t.area / receiver_area_;
+  if (t.between.empty()) return;
+  // What the points miss even of the whole exchange lies where the source is near: is anything between there?
+  const double missed = std::abs(unobstructed - t.area * (visible.fine + hidden.fine));
+  if (missed > missed_share * allowed_error_ && is_near_obstructed(t)) t.error += missed;
+  if (clear_points == rule.size() || dark_points == rule.size())
+    t.error += doubt(t, dark_points == rule.size(), unobstructed);
+}
+
+/// Whether something stands between a triangle and what of the source is no further from it than its own size.
+bool Integrator::is_near_obstructed(const Triangle& t) const {
+  Box box;
+  for (const Vec3& p : t.corner) box.include(p);
+  const double margin = glm::length(box.size());
+  Polygon near = pair_.source;
+  for (int axis = 0; axis < 3 && !near.empty(); ++axis) {
+    Vec3 direction{0.0};
+    direction[axis] = 1;
+    near = clipped(near, direction, box.lo[axis] - margin, tolerance_);
+    if (!near.empty()) near = clipped(near, -direction, -box.hi[axis] - margin, tolerance_);
+  }
+  if (near.empty()) return false;
+  const ViewShaft shaft(t.corner, near, tolerance_);
+  return std::any_of(t.between.begin(), t.between.end(),
+                     [&](std::uint32_t index) { return shaft.may_hold(pair_.between[index]); });
+}
+
+/// How far off a triangle may be all of whose points agree. One that is dark sees no more than what lies outside the umbrae.
+double Integrator::doubt(const Triangle& t, bool dark, double unobstructed) {
+  double at_stake = unobstructed;
+  if (dark) {
+    at_stake = 0;
+    for (const Polygon& piece : outside_umbrae(pair_.between, t.between, t.corner, pair_.source, tolerance_))
+      at_stake += exchange_area(t.corner, piece);
+  }
+  return doubt_share * at_stake * std::sqrt(t.area / receiver_area_);
 }
 
 /// @param between  what the triangle's parent had between; what reaches its own shaft stays
@@ -198,7 +248,7 @@ Triangle Integrator::triangle(const std::array<Vec3, 3>& corner, const std::vect
 }
 
 void Integrator::push(Triangle t) {
-  error_ += t.error;
+  error_square_ += t.error * t.error, error_sum_ += t.error;
   heap_.push_back(std::move(t));
   std::push_heap(heap_.begin(), heap_.end(), less_wrong);
 }
@@ -208,7 +258,7 @@ void Integrator::halve_worst() {
   std::pop_heap(heap_.begin(), heap_.end(), less_wrong);
   const Triangle t = std::move(heap_.back());
   heap_.pop_back();
-  error_ -= t.error;
+  error_square_ -= t.error * t.error, error_sum_ -= t.error;
   std::size_t longest = 0;
   double length = 0;
   for (std::size_t k = 0; k < 3; ++k)
@@ -230,9 +280,14 @@ Exchange Integrator::integral(std::uint64_t most_points) {
   for (std::uint32_t k = 0; k < all.size(); ++k) all[k] = k;
   for (const Polygon& piece : pieces_between_standing(pair_, plane_tolerance_))
     for (std::size_t k = 1; k + 1 < piece.size(); ++k) push(triangle({piece[0], piece[k], piece[k + 1]}, all));
-  while (error_ > allowed_error_ && result_.points < most_points) halve_worst();
-  // The running sum has drifted by rounding: what is reported is summed anew.
-  for (const Triangle& t : heap_) result_.area += t.value, result_.error += t.error;
+  do {
+    while (error() > allowed_error_ && result_.points < most_points) halve_worst();
+    // The running sums have drifted by rounding: what counts is summed anew.
+    error_square_ = error_sum_ = 0;
+    for (const Triangle& t : heap_) error_square_ += t.error * t.error, error_sum_ += t.error;
+  } while (error() > allowed_error_ && result_.points < most_points);
+  for (const Triangle& t : heap_) result_.area += t.value;
+  result_.error = error();
   return result_;
 }
 

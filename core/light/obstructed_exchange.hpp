@@ -34,15 +34,17 @@ enum class Clear : std::uint8_t {
 /// The receiver falls into triangles, cut where an obstruction stands on it, for there the visible part jumps. A triangle that
 /// no obstruction reaches is integrated along its edges; one from which a single obstruction hides the source is nothing; the
 /// others have 19 points [Laurie82] and 6 on the border, at each of which the visible part is known exactly (PointView), and
-/// are halved, the worst first, until their errors add up to less than allowed. The error of one is three times the difference between
-/// the rules of degree 8 and 5, or a tenth of that to a rule with points on the border, which finds narrow shadows there. Of the
-/// visible and the hidden part that one is integrated whose rules agree better.
+/// are halved, the worst first, until their errors together are less than allowed. The error of one is three times the largest
+/// difference of the rule of degree 8 from those of degrees 5 and 3, which share no point, or a tenth of that from a rule with
+/// points on the border, which finds narrow shadows there. Of the visible and the hidden part that one is integrated whose rules
+/// agree better.
+/// Added to it are what the rule misses of the whole exchange, where something stands between near parts, and a point's share of
+/// what is at stake where all points agree (docs/decisions/0040).
 ///
 /// @param allowed_error  where to stop (m²)
 /// @param tolerance      what is no higher over the receiver stands on it (m)
 /// @param most_points    where to stop at the latest; `error` then says what was reached
-/// @error  what is estimated is above the true error (tests: closed forms, both ways round), but for parts of the receiver that
-///         are seen through gaps which none of the points meets: the fewer points, the larger they may be
+/// @error  what is estimated is above the true error but for about one pair in 1000 of furnished rooms
 /// @cost   25 points a triangle, a few µs each; from 50 points to `most_points`
 Exchange obstructed_exchange(const FacingPair& pair, double allowed_error, double tolerance, std::uint64_t most_points,
                              Clear clear);

@@ -3,9 +3,11 @@
 ///
 /// Every pair is computed once, as its exchange area A_i F_ij = A_j F_ji; so reciprocity holds by construction. What checks the
 /// figures are the sums of rows, which nothing forces to be 1 in a closed scene, and a sample of pairs that are computed a
-/// second time the other way round, over the other polygon.
+/// second time the other way round, over the other polygon. Where the two differ by more than their estimates both are taken
+/// further; what then is left between them goes into the estimate.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -27,6 +29,8 @@ struct ViewFactorOptions {
   double tolerance = 1e-6;              ///< allowed error of F between two sides, for the smaller of the two (1)
   std::uint64_t most_points = 200000;   ///< a pair is given up then, with the error it has
   std::uint32_t pairs_both_ways = 200;  ///< about so many are computed a second time
+  std::vector<char> rows = {};          ///< per group: it is asked for; empty: all. Only pairs with one of those count
+  const std::atomic<bool>* stop = nullptr;  ///< when it rises, what was reached is returned within seconds
 };
 
 struct ViewFactors {
@@ -37,7 +41,8 @@ struct ViewFactors {
 
   std::uint64_t pairs_facing = 0;      ///< pairs of sides in front of each other
   std::uint64_t pairs_obstructed = 0;  ///< those with something between
-  std::uint64_t pairs_inexact = 0;     ///< those that were given up above the tolerance
+  std::uint64_t pairs_inexact = 0;     ///< those whose error is above the tolerance
+  std::uint64_t pairs_missing = 0;     ///< those that were not reached before the stop: NaN in both matrices
   std::uint64_t points = 0;            ///< points that were looked from
 
   std::uint64_t pairs_both_ways = 0;    ///< pairs of sides that were computed a second time

@@ -2,6 +2,7 @@
 /// answers that are exact but for a tolerance. (core/light/occluders answers the same for packets of light, in single.)
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -11,17 +12,40 @@
 
 namespace lichthof {
 
-/// A convex polygon that may stand in the way; both its sides are opaque.
+/// A convex thing that may stand in the way: a polygon, both sides of which are opaque, or a solid.
 struct Obstruction {
-  Polygon corners;    ///< counter-clockwise about `normal` (m)
-  Vec3 normal;        ///< unit
-  double offset = 0;  ///< dot(normal, p) of its plane (m)
+  struct Plane {
+    Vec3 normal;        ///< unit; of a solid outwards
+    double offset = 0;  ///< dot(normal, p) on it (m)
+    double height(const Vec3& p) const { return glm::dot(normal, p) - offset; }
+  };
+  struct Rim {
+    Vec3 from, to;
+    std::uint32_t left = 0, right = 0;  ///< the planes that meet there
+  };
+  Polygon corners;            ///< of a polygon counter-clockwise about its plane's normal (m)
+  std::vector<Plane> planes;  ///< one: a polygon
+  std::vector<Rim> rims;      ///< edges of a solid; of a polygon none: they follow from its corners
   Box box;
-  double height(const Vec3& p) const { return glm::dot(normal, p) - offset; }
+  bool is_solid() const { return planes.size() > 1; }
 };
 
-/// @param normal  unit
+/// A polygon. @param normal  unit
 Obstruction obstruction(Polygon corners, const Vec3& normal);
+
+/// The sides of the pyramid in which the obstruction's shadow lies, seen from a point: unit normals of planes through the
+/// point, inwards.
+/// @returns false when there is no shadow: the point sees a polygon edge on, or is inside a solid
+bool shadow_sides(const Obstruction& obstruction, const Vec3& point, double tolerance, std::vector<Vec3>& sides);
+
+/// Calls visit(from, to) for every edge.
+template <class Visit>
+void for_each_edge(const Obstruction& obstruction, Visit visit) {
+  for (const Obstruction::Rim& rim : obstruction.rims) visit(rim.from, rim.to);
+  if (obstruction.is_solid()) return;
+  const Polygon& corners = obstruction.corners;
+  for (std::size_t k = 0; k < corners.size(); ++k) visit(corners[k], corners[k + 1 < corners.size() ? k + 1 : 0]);
+}
 
 /// The convex hull of two convex polygons, each in front of the other's plane: every line of sight between them is in it.
 class ViewShaft {
@@ -29,7 +53,7 @@ class ViewShaft {
   /// @param tolerance  what reaches no deeper into the shaft counts as outside (m)
   ViewShaft(std::span<const Vec3> first, std::span<const Vec3> second, double tolerance);
 
-  /// False only when the polygon hides nothing of the one from the other, but for the tolerance.
+  /// False only when the obstruction hides nothing of the one from the other, but for the tolerance.
   /// @pre it lies in front of both polygons' planes
   bool may_hold(const Obstruction& obstruction) const;
 
@@ -47,8 +71,16 @@ class ViewShaft {
 
 /// True when no point of `first` sees any point of `second`: the obstruction is convex, so its corners' lines of sight
 /// decide. False where rounding leaves a doubt.
-/// @pre the obstruction lies in front of both polygons' planes
+/// @pre the obstruction lies in front of both polygons' planes, neither of which reaches into a solid
 bool hides_all(const Obstruction& obstruction, std::span<const Vec3> first, std::span<const Vec3> second,
                double tolerance);
+
+/// What of `second` some points of `first` may see past the obstructions: it without the part that one of them hides from all
+/// of `first` (from its corners, hence from all). In convex pieces; none: nothing is seen.
+/// @param which  the obstructions that count
+/// @pre  as of hides_all
+/// @cost some µs per obstruction and piece
+std::vector<Polygon> outside_umbrae(std::span<const Obstruction> obstructions, std::span<const std::uint32_t> which,
+                                    std::span<const Vec3> first, std::span<const Vec3> second, double tolerance);
 
 }  // namespace lichthof

@@ -64,6 +64,33 @@ TEST_SUITE("io") {
     CHECK(loaded->scene.surfaces[0].texcoords.empty());  // one corner has none
   }
 
+  TEST_CASE("obj_reader: faces know the last object or group above them") {
+    const ScratchFolder folder;
+    const auto loaded = read(folder, square + "f 1 2 3\no house\nf 1 2 4\ng east wing\nf 2 3 4\no house\nf 1 3 4\n");
+    REQUIRE(loaded);
+    CHECK(loaded->groups == std::vector<std::string>{"house", "east wing"});
+    REQUIRE(loaded->origins.size() == 4);
+    CHECK(loaded->origins[0].group == FaceList::Origin::none);
+    CHECK(loaded->origins[1].group == 0);
+    CHECK(loaded->origins[2].group == 1);
+    CHECK(loaded->origins[3].group == 0);
+  }
+
+  TEST_CASE("face_list: two faces back to back stay where backs are kept, in one piece or in several") {
+    const ScratchFolder folder;
+    ReadOptions options;
+    options.keep_backs = true;
+    for (const char* back : {"f 4 3 2 1\n", "f 3 2 1\nf 4 3 1\n"}) {
+      const auto kept = read(folder, square + "f 1 2 3 4\n" + back, grey, options);
+      REQUIRE(kept);
+      CHECK(total_area(kept->scene) == doctest::Approx(2));
+      CHECK(kept->report.duplicates_dropped + kept->report.coplanar_overlaps == 0);
+      CHECK(total_area(read(folder, square + "f 1 2 3 4\n" + back, grey)->scene) == doctest::Approx(1).epsilon(1e-6));
+    }
+    // The same way round they are one.
+    CHECK(total_area(read(folder, square + "f 1 2 3 4\nf 2 3 4 1\n", grey, options)->scene) == doctest::Approx(1));
+  }
+
   TEST_CASE("obj_reader: unit and up axis become metres and z up") {
     const ScratchFolder folder;
     ReadOptions options;

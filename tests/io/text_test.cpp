@@ -12,6 +12,15 @@ using lichthof::test::check_error;
 using lichthof::test::ScratchFolder;
 
 TEST_SUITE("io") {
+  TEST_CASE("text: patterns hold for whole names") {
+    for (const char* pattern : {"desk", "*", "d*", "*k", "d?sk", "*e*k", "desk*", "????"})
+      CHECK(is_of_pattern("desk", pattern));
+    for (const char* pattern : {"", "des", "esk", "d?k", "?????", "*x*", "desk?"})
+      CHECK_FALSE(is_of_pattern("desk", pattern));
+    CHECK(is_of_pattern("aabab", "*ab"));
+    CHECK(is_of_pattern("", "*"));
+  }
+
   TEST_CASE("text: lines keep their numbers over line ends of all kinds and continuations") {
     Lines lines("a \r\n\nb \\\n c\\\r\nd\ne\\", true);
     const std::pair<const char*, std::uint32_t> expected[] = {{"a", 1}, {"", 2}, {"b    c   d", 3}, {"e\\", 6}};

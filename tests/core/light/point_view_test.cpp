@@ -68,7 +68,7 @@ TEST_SUITE("point_view") {
         obstruction({{0.3, 0.4, 0.5}, {0.3, 0.4, 1}, {0.8, 0.9, 1}}, glm::normalize(Vec3{1, -1, 0}));
     CHECK(std::abs(visible({edge_on}) - form_factor(eye, up, source)) < rounding);
     const Obstruction one = hiding(-0.5, 0, 0.2, 0.7);
-    const Obstruction turned = obstruction(Polygon(one.corners.rbegin(), one.corners.rend()), -one.normal);
+    const Obstruction turned = obstruction(Polygon(one.corners.rbegin(), one.corners.rend()), -one.planes[0].normal);
     CHECK(std::abs(visible({one}) - visible({turned})) < rounding);
   }
 

@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "tests/support/rooms.hpp"
@@ -38,6 +40,20 @@ Scene plates_with(double side) {
   test::add_polygon(scene, {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}}, 0);
   const double lo = 0.5 - 0.5 * side, hi = 0.5 + 0.5 * side;
   test::add_polygon(scene, {{lo, lo, 0.5}, {hi, lo, 0.5}, {hi, hi, 0.5}, {lo, hi, 0.5}}, 0);
+  return scene;
+}
+
+/// A strip above two walls, with a gap between them beside which a plate lies: what the strip sees of it, it sees through the gap.
+Scene strip_over_gap(double length, double width, double lift, double from, double to, double reach, double tiles) {
+  Scene scene;
+  test::add_material(scene, test::diffuse(0.5));
+  test::add_polygon(scene, {{0, from, 0}, {0, to, 0}, {-reach, to, 0}, {-reach, from, 0}}, 0);
+  test::add_polygon(scene, {{0, -length, 0}, {0, from, 0}, {0, from, lift}, {0, -length, lift}}, 0);
+  test::add_polygon(scene, {{0, to, 0}, {0, 2 * length, 0}, {0, 2 * length, lift}, {0, to, lift}}, 0);
+  for (int k = 0; k < tiles; ++k) {
+    const double lo = length * k / tiles, hi = length * (k + 1) / tiles;
+    test::add_polygon(scene, {{width, lo, lift}, {0, lo, lift}, {0, hi, lift}, {width, hi, lift}}, 0);
+  }
   return scene;
 }
 
@@ -151,5 +167,83 @@ TEST_SUITE("view_factors") {
     const ViewFactors tilted = factors_of(moved);
     CHECK(std::abs(tilted.factor(0, 1) - straight.factor(0, 1)) < 2e-6);  // each within its tolerance
     CHECK(std::abs(tilted.factor(1, 0) - straight.factor(1, 0)) < 2e-6);
+  }
+
+  TEST_CASE("view_factors: a gap that no point of the first rule looks through is found") {
+    struct Gap {
+      double length, from, to, reach, tolerance, scale;
+    };
+    for (const Gap gap :
+         {Gap{33, 20, 23, 20, 1e-3, 1}, Gap{33, 20, 23, 20, 1e-4, 1e-3}, Gap{2500, 1000, 1008, 250, 1e-6, 1},
+          Gap{2500, 1700, 1700.5, 250, 1e-7, 1}, Gap{250, 100, 100.3, 25, 1e-6, 1000}}) {
+      Scene whole = strip_over_gap(gap.length, 1.25, 0.5, gap.from, gap.to, gap.reach, 1),
+            tiles = strip_over_gap(gap.length, 1.25, 0.5, gap.from, gap.to, gap.reach, 50);
+      for (Scene* scene : {&whole, &tiles})
+        for (Surface& surface : scene->surfaces) {
+          for (Vec3& p : surface.corners) p *= gap.scale;
+          surface.area *= gap.scale * gap.scale;
+        }
+      const ViewFactors f = factors_of(whole, {.tolerance = gap.tolerance}),
+                        g = factors_of(tiles, {.tolerance = 0.1 * gap.tolerance});
+      double in_tiles = 0;
+      for (std::size_t k = 3; k < g.count; ++k) in_tiles += g.exchange[k];
+      CAPTURE(gap.length);
+      CAPTURE(gap.tolerance);
+      CAPTURE(f.exchange[3]);
+      CAPTURE(in_tiles);
+      const double smaller = std::min(f.areas[0], f.areas[3]);
+      CHECK(in_tiles > 3 * gap.tolerance * smaller);
+      CHECK(std::abs(f.exchange[3] - in_tiles) < 1.2 * gap.tolerance * smaller);
+      CHECK(f.errors[3] <= gap.tolerance * smaller);
+    }
+  }
+
+  TEST_CASE("view_factors: slivers at right angles to a plate have the closed form") {
+    for (const double width : {1e-1, 1e-3, 1e-5})
+      for (const double length : {10.0, 1e4}) {
+        Scene scene;
+        test::add_material(scene, test::diffuse(0.5));
+        test::add_polygon(scene, {{0, 0, 0}, {1, 0, 0}, {1, length, 0}, {0, length, 0}}, 0);
+        test::add_polygon(scene, {{0, 0, 0}, {0, length, 0}, {0, length, width}, {0, 0, width}}, 0);
+        const ViewFactors f = factors_of(scene);
+        const double exact = length * length * reference::perpendicular_exchange(1 / length, width / length);
+        CAPTURE(width);
+        CAPTURE(length);
+        CAPTURE(f.exchange[1] / exact);
+        CHECK(std::abs(f.factor(1, 0) - exact / (width * length)) < 1e-6);
+      }
+  }
+
+  TEST_CASE("view_factors: solids hide what their faces hide") {
+    const Scene closed = furnished_room();
+    Scene apart = closed;
+    // A face that a corner more keeps from joining the others hides the same.
+    Surface& face = apart.surfaces[6];
+    face.corners.insert(face.corners.begin() + 1, 0.5 * (face.corners[0] + face.corners[1]));
+    const ViewFactors a = factors_of(closed, {.tolerance = 1e-5}), b = factors_of(apart, {.tolerance = 1e-5});
+    for (std::size_t k = 0; k < a.exchange.size(); ++k)
+      CHECK(std::abs(a.exchange[k] - b.exchange[k]) <= a.errors[k] + b.errors[k] + 1e-9);
+  }
+
+  TEST_CASE("view_factors: rows that are asked for are those of the whole matrix") {
+    const Scene scene = furnished_room();
+    const ViewFactors whole = factors_of(scene, {.tolerance = 1e-4});
+    ViewFactorOptions options{.tolerance = 1e-4};
+    options.rows.assign(12, 0), options.rows[7] = 1;
+    const ViewFactors f = factors_of(scene, options);
+    for (std::size_t j = 0; j < 12; ++j) CHECK(f.exchange[7 * 12 + j] == whole.exchange[7 * 12 + j]);
+    CHECK(f.pairs_facing < whole.pairs_facing / 2);
+    CHECK(f.pairs_missing == 0);
+  }
+
+  TEST_CASE("view_factors: a stop leaves what was not reached unknown") {
+    const std::atomic<bool> stop{true};
+    ViewFactorOptions options;
+    options.stop = &stop;
+    const ViewFactors f = factors_of(furnished_room(), options);
+    CHECK(f.pairs_missing == factors_of(furnished_room(), {.tolerance = 0.1}).pairs_facing);
+    CHECK(std::isnan(f.factor(0, 1)));
+    CHECK(f.factor(0, 0) == 0);
+    CHECK(f.areas[0] > 0);
   }
 }

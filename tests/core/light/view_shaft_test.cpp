@@ -45,7 +45,20 @@ TEST_SUITE("view_shaft") {
     CHECK_FALSE(hides_all(level(-9, -9, 9, 9, 2), floor_plate, ceiling, tolerance));
     // Turned over it hides as much.
     Obstruction turned = level(0, 0, 1, 1, 0.5);
-    turned = obstruction(Polygon(turned.corners.rbegin(), turned.corners.rend()), -turned.normal);
+    turned = obstruction(Polygon(turned.corners.rbegin(), turned.corners.rend()), -turned.planes[0].normal);
     CHECK(hides_all(turned, floor_plate, ceiling, tolerance));
+  }
+
+  TEST_CASE("view_shaft: outside the umbrae lies what some point may see") {
+    const std::vector<Obstruction> halves{level(0, 0, 0.5, 1, 0.5), level(0.5, 0, 1, 1, 0.5)};
+    const std::vector<std::uint32_t> both{0, 1};
+    const Polygon patch{{0.45, 0.4, 0}, {0.55, 0.4, 0}, {0.55, 0.6, 0}, {0.45, 0.6, 0}};
+    double left = 0;
+    for (const Polygon& piece : outside_umbrae(halves, both, patch, ceiling, tolerance)) left += area(piece);
+    // Their seam is seen at x = 1 - the eye's: from .45 to .55, and each hides all beyond from the whole patch.
+    CHECK(left == doctest::Approx(0.1).epsilon(1e-6));
+    CHECK(outside_umbrae({}, {}, patch, ceiling, tolerance).size() == 1);
+    const std::vector<Obstruction> whole{level(-1, -1, 2, 2, 0.5)};
+    CHECK(outside_umbrae(whole, std::vector<std::uint32_t>{0}, patch, ceiling, tolerance).empty());
   }
 }
