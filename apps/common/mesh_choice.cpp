@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/common/options.hpp"
+#include "core/light/coarseness.hpp"
 #include "core/light/lit_sides.hpp"
 #include "core/light/lost_light.hpp"
 #include "core/light/raycast.hpp"
@@ -16,9 +17,9 @@ namespace lichthof::apps {
 
 namespace {
 
-// What an element and its share of patches, light and notes of shadows take in a first pass, and in the second (bytes): measured
-// from the Cornell box to the office floor, 14 000 to 4 000 000 elements.
-constexpr double bytes_of_element = 700;
+// What an element and its share of patches and light take (bytes): 280 to 360 were measured in first passes of the Cornell box and the
+// office, 440 000 to 1 500 000 elements; what shots note of shadows and the second pass come on top.
+constexpr double bytes_of_element = 500;
 // Of the free memory that one mesh may be meant to take.
 constexpr double share_of_free = 0.9;
 
@@ -98,21 +99,34 @@ Expected<ChosenMesh> mesh_for(const Scene& scene, const MeshOptions& wanted, con
   const RayScene rays(scene, scene.surfaces, bounds(scene).centre(), Glass::clear);
   const std::vector<std::string> lost = warnings_of(scene, lost_light(scene, rays, parallel));
   chosen.warnings.insert(chosen.warnings.end(), lost.begin(), lost.end());
-  const std::vector<LitSides> lit = lit_sides(scene, rays, expected_block(scene, wanted), parallel);
+  std::vector<LitSides> lit = lit_sides(scene, rays, expected_block(scene, wanted), parallel);
 
   MeshOptions sizes = wanted;
   const double most = std::max(1000.0, share_of_free * static_cast<double>(free_bytes) / bytes_of_element);
   if (wanted.patch_size > 0 || wanted.element_size > 0) {
     if (Status fit = sizes_fit(forecast_of(scene, wanted, lit), wanted, most); !fit) return fit.error();
-  } else if (wanted.target_elements > most) {
-    sizes.target_elements = static_cast<std::uint32_t>(most);
-    chosen.warnings.push_back(formatted("%u elements take about %.2g GB, %.2g GB of memory are free: the mesh gets %u",
-                                        wanted.target_elements, wanted.target_elements * bytes_of_element / 1e9,
-                                        static_cast<double>(free_bytes) / 1e9, sizes.target_elements));
+  } else {
+    find_coarseness(scene, rays, parallel, lit);
+    if (wanted.target_elements > most) {
+      sizes.target_elements = static_cast<std::uint32_t>(most);
+      chosen.warnings.push_back(
+          formatted("%u elements take about %.2g GB, %.2g GB of memory are free: the mesh gets %u",
+                    wanted.target_elements, wanted.target_elements * bytes_of_element / 1e9,
+                    static_cast<double>(free_bytes) / 1e9, sizes.target_elements));
+    }
   }
   auto mesh = std::make_shared<Mesh>(mesh_of(scene, sizes, lit));
   if (mesh->elements.empty())
     return Error{ErrorCode::bad_input, "", "has no face that could be lit: glass and hidden faces hold no light"};
+  // Rays begin and end so far off surfaces; a tenth of an element is where pictures begin to show it.
+  if (const double apart = rays.offset(), most_apart = 0.1 * mesh->options.element_size; apart > most_apart) {
+    const double extent = max_channel(bounds(scene).size());
+    chosen.warnings.push_back(
+        formatted("the scene is %.3g m across, so rays tell places %.2g m apart only, and elements are %.2g m large: "
+                  "light near edges is "
+                  "wrong; up to %.2g m across it would be right",
+                  extent, apart, mesh->options.element_size, extent * most_apart / apart));
+  }
   chosen.mesh = std::move(mesh);
   return chosen;
 }

@@ -13,6 +13,7 @@ namespace {
 struct Outlook {
   double area = 0;       ///< m²
   double free_path = 0;  ///< m
+  double weight = 0;     ///< for what is typical
 };
 
 /// @param side  2s: front, 2s + 1: back of surface s
@@ -51,12 +52,12 @@ double even_length(std::vector<Outlook> outlooks) {
             [](const Outlook& a, const Outlook& b) { return a.free_path < b.free_path; });
   const auto squares = [](const Outlook& o) { return o.area / (o.free_path * o.free_path); };
   double rest = 0, weights = 0;
-  for (const Outlook& o : outlooks) rest += squares(o), weights += std::min(1.0, squares(o));
+  for (const Outlook& o : outlooks) rest += squares(o), weights += o.weight;
   // Σ A min(1/c², 1/l²) falls as c grows: between two free paths it is passed / c² + rest.
   double typical = 0, passed = 0, passed_weights = 0;
   for (const Outlook& o : outlooks) {
     if (typical > 0 && passed / (o.free_path * o.free_path) + rest <= enough) break;
-    passed += o.area, rest -= squares(o), passed_weights += std::min(1.0, squares(o));
+    passed += o.area, rest -= squares(o), passed_weights += o.weight;
     if (typical == 0 && passed_weights >= typical_share * weights) typical = o.free_path;
   }
   return std::max(typical, std::sqrt(passed / std::max(enough - rest, 1e-9 * enough)));
@@ -74,7 +75,12 @@ void find_coarseness(const Scene& scene, const RayScene& rays, const Parallel& p
   });
   std::vector<Outlook> outlooks;
   for (std::size_t side = 0; side < free_paths.size(); ++side)
-    if (free_paths[side] > 0) outlooks.push_back({scene.surfaces[side / 2].area, free_paths[side]});
+    if (const double path = free_paths[side]; path > 0) {
+      const Surface& surface = scene.surfaces[side / 2];
+      // The inside of a tubular lamp is no room.
+      const bool is_lamp = scene.material_of(surface).emits();
+      outlooks.push_back({surface.area, path, is_lamp ? 0 : std::min(1.0, surface.area / (path * path))});
+    }
   if (outlooks.empty()) return;
   const double even = even_length(std::move(outlooks));
   const auto coarse = [&](double path) {

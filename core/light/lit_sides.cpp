@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "core/base/random.hpp"
-#include "core/light/coarseness.hpp"
 
 namespace lichthof {
 
@@ -191,7 +190,6 @@ std::vector<LitSides> lit_sides(const Scene& scene, const RayScene& rays, double
     lit[s].front = has_light[sets.find(2 * s)];
     lit[s].back = proved[2 * s + 1];
   }
-  find_coarseness(scene, rays, parallel, lit);
   return lit;
 }
 

@@ -17,7 +17,6 @@ namespace lichthof {
 ///    hardly a walk from it comes to that room.
 /// 4. A front that proves nothing sends rays; if they meet a lit side, or a front that is joined to one by such rays, it is
 ///    lit. So only what is walled in lies dormant.
-/// 5. Sides that look far away are coarse: core/light/coarseness.
 ///
 /// @param block  m; the size of a block of the mesh
 /// @cost  a ray each, about 0.2 µs; the answer does not depend on the number of threads

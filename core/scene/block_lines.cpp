@@ -75,7 +75,8 @@ BlockWidths::BlockWidths(const Scene& scene, std::span<const LitSides> lit, int 
       while (next < own.size() && own[next].lo < old.hi) {
         const double lo = std::max(up_to, own[next].lo), hi = own[next].hi;
         if (lo > std::max(old.lo, up_to)) all.push_back({std::max(old.lo, up_to), lo, old.width});
-        if (hi > lo) all.push_back({lo, hi, width}), up_to = hi;
+        // A side seen edge-on reaches over a single place, and is as fine there.
+        if (hi >= lo) all.push_back({lo, hi, width}), up_to = hi;
         ++next;
       }
       if (old.hi > up_to) all.push_back({std::max(old.lo, up_to), old.hi, old.width}), up_to = old.hi;

@@ -36,6 +36,9 @@ TEST_SUITE("block_lines") {
     CHECK(widths.count(-50, 50) == doctest::Approx(8 + 96 / 8.0));
     CHECK(widths.count(-60, 60) == doctest::Approx(8 + 96 / 8.0));
 
+    CHECK(BlockWidths(s.scene, coarse, 1, 0.5).at(0) == 0.5);  // the wall is seen edge-on
+    CHECK(BlockWidths(s.scene, coarse, 1, 0.5).at(0.1) == 8);
+
     const BlockWidths of_wall(s.scene, std::vector<LitSides>{{false, false, 0, 0}, {true, false, 0, 0}}, 0, 0.5);
     CHECK(of_wall.count(-50, 50) == doctest::Approx(8));
     const BlockWidths of_none(s.scene, std::vector<LitSides>{{false, false, 0, 0}, {false, false, 0, 0}}, 0, 0.5);
