@@ -83,6 +83,27 @@ BlockWidths::BlockWidths(const Scene& scene, std::span<const LitSides> lit, int 
     }
     stretches_ = std::move(all);
   }
+  grade();
+}
+
+void BlockWidths::grade() {
+  std::vector<Stretch> graded;
+  for (std::size_t k = 0; k < stretches_.size(); ++k) {
+    Stretch rest = stretches_[k];
+    const double middle = 0.5 * (rest.lo + rest.hi);
+    std::vector<Stretch> above;
+    if (std::isfinite(rest.width)) {
+      if (k > 0)
+        for (double w = 2 * stretches_[k - 1].width; w < rest.width && rest.lo + w < middle; w *= 2)
+          graded.push_back({rest.lo, rest.lo + w, w}), rest.lo += w;
+      if (k + 1 < stretches_.size())
+        for (double w = 2 * stretches_[k + 1].width; w < rest.width && rest.hi - w > middle; w *= 2)
+          above.push_back({rest.hi - w, rest.hi, w}), rest.hi -= w;
+    }
+    graded.push_back(rest);
+    graded.insert(graded.end(), above.rbegin(), above.rend());
+  }
+  stretches_ = std::move(graded);
 }
 
 double BlockWidths::finest() const {

@@ -21,8 +21,8 @@ struct LitSides {
 inline double coarsening(std::uint8_t coarse) { return static_cast<double>(std::uint32_t{1} << coarse); }
 inline constexpr std::uint8_t most_coarse = 30;
 
-/// How wide blocks are along one axis, by place: as the finest of the lit sides that reach there asks; where there are none,
-/// without limit.
+/// How wide blocks are along one axis, by place: as the finest of the lit sides that reach there asks, and growing with the distance
+/// from finer ones; where there are none, without limit.
 class BlockWidths {
  public:
   /// @param lit  one entry per surface, or empty for "everything may be lit, and finely"
@@ -42,6 +42,9 @@ class BlockWidths {
   struct Stretch {
     double lo, hi, width;
   };
+  /// Beside finer ones, blocks double from one to the next: the ground beside a window gets its light by its distance.
+  void grade();
+
   std::vector<Stretch> stretches_;  ///< ascending, without gaps
 };
 
