@@ -21,9 +21,9 @@ struct LostLight {
 
 /// Every luminaire whose light is lost but for some hundredth at most, in the order of the surfaces.
 ///
-/// Rays from its front, cosine-distributed, meet a surface before a hundredth of its size (√area), or nothing; and of places all over the
-/// scene none sees it, so that a sun that few of its own rays prove to shine on a room is not taken for lost. A luminaire that lies in a face,
-/// which was cut out there, shines into it.
+/// Rays from its front, cosine-distributed, meet a surface before a hundredth of its size (√area), or nothing; and of places all
+/// over the scene none sees it, so that a sun that few of its own rays prove to shine on a room is not taken for lost. A luminaire
+/// that lies in a face, which was cut out there, shines into it.
 /// @cost  64 rays for each, some hundred where they all leave; the answer does not depend on the number of threads
 std::vector<LostLight> lost_light(const Scene& scene, const RayScene& rays, const Parallel& parallel);
 
