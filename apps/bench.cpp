@@ -18,6 +18,7 @@
 #include "bench/error.hpp"
 #include "bench/sections.hpp"
 #include "core/base/check.hpp"
+#include "core/scene/joined_facets.hpp"
 #include "io/atomic_file.hpp"
 #include "io/points_file.hpp"
 #include "io/scene_reader.hpp"
@@ -66,6 +67,7 @@ Expected<std::string> built_in(const std::string& file) {
 Expected<std::shared_ptr<const Scene>> scene_of(const std::string& path, const io::ReadOptions& read) {
   Expected<io::LoadedScene> loaded = io::read_scene(path, read);
   if (!loaded) return loaded.error();
+  join_facets(loaded->scene);
   for (const Material& material : loaded->scene.materials)
     if (material.emits()) return std::make_shared<const Scene>(std::move(loaded->scene));
   return Error{ErrorCode::bad_input, path, "there is no luminaire: give a material an emission"};

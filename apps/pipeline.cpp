@@ -8,12 +8,14 @@
 
 #include "actors/local_run.hpp"
 #include "actors/meter.hpp"
+#include "apps/cluster/memory_room.hpp"
 #include "apps/common/camera_choice.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
 #include "core/base/random.hpp"
 #include "core/light/refinement.hpp"
 #include "core/light/stopping.hpp"
+#include "core/scene/joined_facets.hpp"
 #include "core/tracing/picture_source.hpp"
 #include "io/solution_file.hpp"
 
@@ -129,6 +131,8 @@ Status Run::load_scene() {
       spdlog::info("{}", line);
   }
   record_.import = std::move(loaded->report);
+  if (const std::size_t joined = join_facets(loaded->scene); joined > 0)
+    spdlog::info("facets of luminaires joined to larger ones: {} fewer", joined);
   scene_ = std::make_shared<const Scene>(std::move(loaded->scene));
   frame_ = scene_->file_frame;
   return Done{};
@@ -183,15 +187,26 @@ MeshOptions Run::mesh_options() const {
   return wanted;
 }
 
+/// Meshes are made anew as an error that was asked for wants them; what is wrong with the scene is said the first time.
+void Run::warn_once(const std::string& line) {
+  if (!record_.import) return;
+  std::vector<std::string>& notes = record_.import->notes;
+  const std::string named = options_.input + ": " + line;
+  if (std::find(notes.begin(), notes.end(), named) != notes.end()) return;
+  spdlog::warn("{}", named);
+  notes.push_back(named);
+}
+
 Status Run::mesh() {
   const MeshOptions wanted = mesh_options();
-  Expected<std::shared_ptr<const Mesh>> mesh = mesh_for(*scene_, wanted, *parallel_);
+  Expected<ChosenMesh> mesh = mesh_for(*scene_, wanted, *parallel_, memory_room().free_bytes);
   if (!mesh) {
     Error error = mesh.error();
     if (error.where.empty()) error.where = options_.input;
     return error;
   }
-  mesh_ = std::move(*mesh);
+  mesh_ = std::move(mesh->mesh);
+  for (const std::string& line : mesh->warnings) warn_once(line);
   spdlog::info("mesh: patches of {:.4g} m, elements of {:.4g} m", mesh_->options.patch_size,
                mesh_->options.element_size);
   return Done{};

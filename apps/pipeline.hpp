@@ -92,6 +92,7 @@ class Run {
   Status load_solution(bool resumes);
   Status expect_light() const;
   MeshOptions mesh_options() const;
+  void warn_once(const std::string& line);
   Status mesh();
   Status divide();
   SolveOptions solve_options() const;

@@ -14,6 +14,7 @@
 #include "apps/common/picture_options.hpp"
 #include "apps/common/progress.hpp"
 #include "apps/common/report.hpp"
+#include "core/scene/joined_facets.hpp"
 #include "io/scene_bytes.hpp"
 #include "io/scene_reader.hpp"
 #include "io/text.hpp"
@@ -68,8 +69,9 @@ Expected<nlohmann::json> options_json(const SubmitOptions& options, const Scene&
 /// Sends the scene, unless the controller has it already. @returns the job's number
 Expected<std::uint64_t> submitted(const SubmitOptions& options, const DeskClient& client,
                                   const Interruption& interruption) {
-  const Expected<io::LoadedScene> loaded = io::read_scene(options.input, options.read);
+  Expected<io::LoadedScene> loaded = io::read_scene(options.input, options.read);
   if (!loaded) return loaded.error();
+  join_facets(loaded->scene);
   for (const std::string& line : loaded->report.text()) spdlog::info("{}", line);
   if (loaded->report.emitters == 0 && has_first_pass(method_named(options.method.value_or("two-pass"))))
     return Error{ErrorCode::bad_input, options.input,

@@ -17,7 +17,7 @@ namespace lichthof::io {
 namespace {
 
 // Like PNG's: a byte above 127, both line ends and an end-of-file mark, so that text transfers are noticed.
-constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 7, "solution file"};
+constexpr SectionFormat format{"\x89LHT\r\n\x1a\n", 8, "solution file"};
 constexpr std::uint64_t most_head_bytes = 1 << 16, most_scene_bytes = 1ull << 33;
 
 /// What is neither scene nor array.
@@ -98,26 +98,40 @@ std::string array_bytes(const std::vector<Rgbf>& values, std::size_t elements) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Rgbf)};
 }
 
+/// Of a surface's lit sides.
+constexpr std::size_t bytes_of_surface = 3;
+
 std::string side_bytes(const std::vector<LitSides>& lit) {
-  std::string bytes;
-  for (const LitSides& sides : lit) bytes += static_cast<char>(int{sides.front} | int{sides.back} << 1);
-  return bytes;
+  ByteWriter bytes;
+  for (const LitSides& sides : lit)
+    for (const int byte : {int{sides.front} | int{sides.back} << 1, int{sides.front_coarse}, int{sides.back_coarse}})
+      bytes.put(static_cast<std::uint8_t>(byte));
+  return bytes.bytes();
+}
+
+std::optional<std::vector<LitSides>> sides_from(const std::string& bytes, const Scene& scene) {
+  if (!bytes.empty() && bytes.size() != bytes_of_surface * scene.surfaces.size()) return std::nullopt;
+  std::vector<LitSides> lit(bytes.size() / bytes_of_surface);
+  ByteReader reader(bytes);
+  for (LitSides& sides : lit) {
+    std::uint8_t which = 0;
+    reader.get(which), reader.get(sides.front_coarse), reader.get(sides.back_coarse);
+    sides.front = (which & 1) != 0, sides.back = (which & 2) != 0;
+    if (std::max(sides.front_coarse, sides.back_coarse) > most_coarse) return std::nullopt;
+  }
+  return lit;
 }
 
 /// Whether meshing can come out near the count the file claims. Asked first, since a crafted size could ask for any number
-/// of patches: a piece of surface is at most 2.4 patch sizes long (mesh.cpp), so long or large surfaces need many.
-bool is_plausible(const Scene& scene, const Head& head) {
-  const double patch = head.used_mesh.patch_size, slack = 4;
-  const Vec3 blocks = bounds(scene).size() / (2 * patch);
-  if (!(max_channel(blocks) < 60000)) return false;
-  double pieces = 0;
-  for (const Surface& surface : scene.surfaces) {
-    if (scene.material_of(surface).finish == Finish::glass) continue;
-    Box box;
-    for (const Vec3& corner : surface.corners) box.include(corner);
-    pieces += std::max(surface.area / (2.4 * patch * 2.4 * patch * 1.8), max_channel(box.size()) / (2.4 * patch));
-  }
-  return pieces <= slack * (static_cast<double>(head.elements) + static_cast<double>(scene.surfaces.size()) + 100);
+/// of patches.
+bool is_plausible(const Scene& scene, const Head& head, const std::vector<LitSides>& lit) {
+  MeshOptions patches = head.used_mesh;
+  if (!(patches.patch_size > 0 && std::isfinite(patches.patch_size))) return false;
+  patches.element_size = patches.patch_size;
+  constexpr double slack = 40;
+  const MeshForecast forecast = forecast_of(scene, patches, lit);
+  return forecast.blocks < most_blocks &&
+         forecast.elements <= slack * (static_cast<double>(head.elements + scene.surfaces.size()) + 100);
 }
 
 std::string place_bytes(const std::vector<PlaceTree>& places) {
@@ -144,14 +158,12 @@ std::optional<std::vector<PlaceTree>> places_from(const std::string& bytes, std:
 
 Expected<std::shared_ptr<const Mesh>> meshed(const Scene& scene, const Head& head, const std::string& sides,
                                              const std::string& place_bytes, const std::string& path) {
-  if (!sides.empty() && sides.size() != scene.surfaces.size())
-    return bad_input(path, "is damaged: its lit sides do not fit its scene");
-  std::vector<LitSides> lit;
-  for (const char side : sides) lit.push_back({(side & 1) != 0, (side & 2) != 0});
-  if (!is_plausible(scene, head)) return bad_input(path, "is damaged: its patch size does not fit its scene");
+  const std::optional<std::vector<LitSides>> lit = sides_from(sides, scene);
+  if (!lit) return bad_input(path, "is damaged: its lit sides do not fit its scene");
+  if (!is_plausible(scene, head, *lit)) return bad_input(path, "is damaged: its patch size does not fit its scene");
   const std::optional<std::vector<PlaceTree>> places = places_from(place_bytes, head.elements);
   if (!places) return bad_input(path, "is damaged: its divided places do not fit its elements");
-  auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, lit, *places));
+  auto mesh = std::make_shared<const Mesh>(mesh_of(scene, head.used_mesh, *lit, *places));
   if (mesh->elements.size() != head.elements || mesh_hash(*mesh) != head.mesh_hash)
     return bad_input(path, "its mesh comes out differently here (" + std::to_string(mesh->elements.size()) +
                                " elements, " + std::to_string(head.elements) +
@@ -216,11 +228,10 @@ Expected<Solution> read_solution(const std::string& path) {
   if (!get_head(head_reader, head)) return bad_input(path, "is damaged: its options make no sense");
   Expected<Scene> scene = scene_from(*scene_text, *textures, path);
   if (!scene) return scene.error();
-  const Expected<std::string> sides = file->section("sides", scene->surfaces.size());
+  const Expected<std::string> sides = file->section("sides", bytes_of_surface * scene->surfaces.size());
   if (!sides) return sides.error();
   const Expected<std::string> places = file->section("places", 8 * sizeof(std::uint32_t) * head.elements);
   if (!places) return places.error();
-
 
   Solution solution;
   const std::pair<const char*, std::vector<Rgbf>*> arrays[] = {{"H", &solution.irradiance},

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "actors/link/digest.hpp"
+#include "apps/cluster/memory_room.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/options.hpp"
 #include "apps/common/progress.hpp"
@@ -421,9 +422,11 @@ Expected<std::uint64_t> Lab::submit(const nlohmann::json& spec, const Caller& ca
   MeshOptions sizes = what->mesh;
   if (sizes.patch_size <= 0 && scene->patch_size) sizes.patch_size = *scene->patch_size;
   solution.scene = std::make_shared<const Scene>(std::move(*scene));
-  const Expected<std::shared_ptr<const Mesh>> mesh = mesh_for(*solution.scene, sizes, Parallel(options_.threads));
+  const Expected<ChosenMesh> mesh =
+      mesh_for(*solution.scene, sizes, Parallel(options_.threads), memory_room().free_bytes);
   if (!mesh) return mesh.error();
-  solution.mesh = *mesh;
+  for (const std::string& line : mesh->warnings) spdlog::warn("job of scene {}: {}", hash, line);
+  solution.mesh = mesh->mesh;
   const Expected<CellsWanted> wanted = cells_wanted(what->cells);
   if (!wanted) return wanted.error();
   Expected<CellGrid> grid = partition(*solution.mesh, bounds(*solution.scene), *wanted);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "core/base/check.hpp"
@@ -114,12 +115,28 @@ struct CellLight::Impl {
     reach = reach_of(area, options);
     hulls_pay = hulls_are_clear();
     find_openness(tree, rays, mesh->options.patch_size, *parallel);
+    largest_initial_power = power_of_largest_shooter();
+  }
+
+  /// Facets of a lamp in one block count as the one group that they would be if it were flat: else all of the scene would be shot down to a
+  /// share of a facet. Not more of them than leave every facet far above what is left unshot.
+  double power_of_largest_shooter() const {
+    constexpr double facet = 1.0 / 16;  // of a patch's area at most
+    constexpr double most_facets = 200;
+    std::map<std::array<std::uint16_t, 3>, double> facets;
+    double largest = 0, largest_facet = 0;
     for (const GroupPlace& place : tree.groups) {
       double power = 0;
       for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
         power += sum_channels(light.patches[p].exitance) * light.patches[p].area;
-      largest_initial_power = std::max(largest_initial_power, power);
+      largest = std::max(largest, power);
+      const Group& group = mesh->groups[place.mesh_group];
+      if (!(power > 0) || group.area > facet * mesh->options.patch_size * mesh->options.patch_size) continue;
+      largest_facet = std::max(largest_facet, power);
+      facets[group.block] += power;
     }
+    for (const auto& [block, power] : facets) largest = std::max(largest, std::min(power, most_facets * largest_facet));
+    return largest;
   }
 
   /// Whether occluders between shooters and receivers are so few that it pays to search for them: most hulls of a crowded scene

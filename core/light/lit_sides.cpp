@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "core/base/random.hpp"
 
@@ -24,21 +25,6 @@ class JoinedSets {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Point of a convex polygon, uniform by area, for a point of the unit square.
-Vec3 point_in(const Surface& surface, const Vec2& square) {
-  double pick = square.x * surface.area;
-  for (std::size_t k = 2; k < surface.corners.size(); ++k) {
-    const Vec3 a = surface.corners[k - 1] - surface.corners[0], b = surface.corners[k] - surface.corners[0];
-    const double part = 0.5 * glm::length(glm::cross(a, b));
-    if (pick <= part || k + 1 == surface.corners.size()) {
-      const double s = std::sqrt(std::clamp(pick / part, 0.0, 1.0));
-      return surface.corners[0] + s * ((1 - square.y) * a + square.y * b);
-    }
-    pick -= part;
-  }
-  return surface.corners[0];
-}
-
 /// Luminaires to aim at, by power.
 struct Luminaires {
   std::vector<std::uint32_t> surfaces;
@@ -59,36 +45,61 @@ struct Luminaires {
   }
 };
 
+/// Where one leg of a walk lands.
+struct Landing {
+  std::uint32_t surface = 0;
+  bool front = true;
+  Vec3 point, normal;
+};
+
 /// A walk that leaves a side and is scattered wherever it lands.
 class ProvingWalk {
  public:
   ProvingWalk(const Scene& scene, const RayScene& rays, const Luminaires& luminaires)
       : scene_(scene), rays_(rays), luminaires_(luminaires) {}
 
+  /// Marks the fronts that a walk from a luminaire's front meets. @param proved  sides, 2s: front of surface s
+  void mark_lit_fronts(Random& random, std::vector<std::uint8_t>& proved) const {
+    const Surface& luminaire = scene_.surfaces[luminaires_.pick(random.unit())];
+    Vec3 point = point_of(luminaire, {random.unit(), random.unit()}), normal = luminaire.normal;
+    for (int step = 0; step < most_steps; ++step) {
+      const std::optional<Landing> next = leg(point + rays_.offset() * normal, normal, random);
+      if (!next) return;
+      if (next->front) proved[2 * next->surface] = 1;
+      point = next->point, normal = next->normal;
+    }
+  }
+
   /// @returns whether a point of the walk sees a luminaire's front
   bool reaches_light(Vec3 point, Vec3 normal, Random& random) const {
-    constexpr int most_steps = 6;
     for (int step = 0; step < most_steps; ++step) {
       const Vec3 from = point + rays_.offset() * normal;
       if (sees_light(from, normal, random)) return true;
-      Vec3 tangent, bitangent;
-      complete_frame(normal, tangent, bitangent);
-      const Vec3 local = cosine_direction({random.unit(), random.unit()});
-      const Vec3 direction = local.x * tangent + local.y * bitangent + local.z * normal;
-      const std::optional<Hit> hit = rays_.nearest(from, direction);
-      if (!hit) return false;
-      const Surface& met = scene_.surfaces[hit->surface];
-      if (hit->front && scene_.material_of(met).emits()) return true;
-      point = from + hit->distance * direction;
-      normal = hit->front ? met.normal : -met.normal;
+      const std::optional<Landing> next = leg(from, normal, random);
+      if (!next) return false;
+      if (next->front && scene_.material_of(scene_.surfaces[next->surface]).emits()) return true;
+      point = next->point, normal = next->normal;
     }
     return false;
   }
 
  private:
+  static constexpr int most_steps = 6;
+
+  std::optional<Landing> leg(const Vec3& from, const Vec3& normal, Random& random) const {
+    Vec3 tangent, bitangent;
+    complete_frame(normal, tangent, bitangent);
+    const Vec3 local = cosine_direction({random.unit(), random.unit()});
+    const Vec3 direction = local.x * tangent + local.y * bitangent + local.z * normal;
+    const std::optional<Hit> hit = rays_.nearest(from, direction);
+    if (!hit) return std::nullopt;
+    const Surface& met = scene_.surfaces[hit->surface];
+    return Landing{hit->surface, hit->front, from + hit->distance * direction, hit->front ? met.normal : -met.normal};
+  }
+
   bool sees_light(const Vec3& from, const Vec3& normal, Random& random) const {
     const Surface& luminaire = scene_.surfaces[luminaires_.pick(random.unit())];
-    const Vec3 to = point_in(luminaire, {random.unit(), random.unit()}) + rays_.offset() * luminaire.normal;
+    const Vec3 to = point_of(luminaire, {random.unit(), random.unit()}) + rays_.offset() * luminaire.normal;
     return glm::dot(to - from, normal) > 0 && glm::dot(from - to, luminaire.normal) > 0 && !rays_.occluded(from, to);
   }
 
@@ -98,7 +109,8 @@ class ProvingWalk {
 };
 
 /// Sides that 32 rays per block, cosine-distributed, meet from one side: numbers 2s (front) and 2s + 1 (back).
-std::vector<std::uint32_t> sides_seen_from(const Surface& surface, std::uint64_t seed, double blocks, const RayScene& rays) {
+std::vector<std::uint32_t> sides_seen_from(const Surface& surface, std::uint64_t seed, double blocks,
+                                           const RayScene& rays) {
   constexpr double rays_per_block = 32;
   Vec3 tangent, bitangent;
   complete_frame(surface.normal, tangent, bitangent);
@@ -111,7 +123,7 @@ std::vector<std::uint32_t> sides_seen_from(const Surface& surface, std::uint64_t
   for (std::uint32_t packet = 0; packet < packets; ++packet) {
     for (int lane = 0; lane < 16; ++lane) {
       const Vec2 a{random.unit(), random.unit()}, b{random.unit(), random.unit()};
-      const Vec3 from = point_in(surface, a) + rays.offset() * surface.normal - rays.origin();
+      const Vec3 from = point_of(surface, a) + rays.offset() * surface.normal - rays.origin();
       const Vec3 local = cosine_direction(b);
       const Vec3 direction = local.x * tangent + local.y * bitangent + local.z * surface.normal;
       segments.ox[lane] = static_cast<float>(from.x), segments.dx[lane] = static_cast<float>(direction.x);
@@ -154,8 +166,12 @@ std::vector<LitSides> lit_sides(const Scene& scene, const RayScene& rays, double
     Random random(side, 1);
     const Vec3 normal = back ? -surface.normal : surface.normal;
     for (std::uint32_t w = 0; w < walks && !proved[side]; ++w)
-      proved[side] = walk.reaches_light(point_in(surface, {random.unit(), random.unit()}), normal, random);
+      proved[side] = walk.reaches_light(point_of(surface, {random.unit(), random.unit()}), normal, random);
   });
+
+  Random light(0, 5);
+  constexpr int walks_of_light = 4096;
+  for (int k = 0; k < walks_of_light; ++k) walk.mark_lit_fronts(light, proved);
 
   std::vector<std::vector<std::uint32_t>> seen(count);
   parallel.for_each(count, [&](std::size_t s) {

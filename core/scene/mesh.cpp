@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 
@@ -64,62 +65,7 @@ class PlaneTable {
   std::map<std::array<std::int64_t, 4>, PlaneId> table_;
 };
 
-// ---- Grid lines -------------------------------------------------------------------------------------------------------
-
-/// Block lines along one axis: on the strongest edges of the architecture (weighted by their length), with uniform lines
-/// between. Lines through the walls save the slivers that a blind grid leaves beside them.
-std::vector<double> block_lines(const Scene& scene, const Box& box, int axis, double block) {
-  const double lo = box.lo[axis], hi = box.hi[axis];
-  const double tolerance = 1e-6 * std::max({box.size().x, box.size().y, box.size().z});
-  if (hi - lo < tolerance) return {lo - block / 2, hi + block / 2};
-
-  struct Candidate {
-    double coordinate, length;
-  };
-  std::vector<Candidate> edges;
-  for (const Surface& surface : scene.surfaces)
-    for (std::size_t k = 0; k < surface.corners.size(); ++k) {
-      const Vec3& a = surface.corners[k];
-      const Vec3& b = surface.corners[(k + 1) % surface.corners.size()];
-      if (std::abs(a[axis] - b[axis]) <= tolerance) edges.push_back({a[axis], glm::length(b - a)});
-    }
-  std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.coordinate < b.coordinate; });
-  std::vector<Candidate> merged;
-  for (const Candidate& edge : edges) {
-    if (!merged.empty() && edge.coordinate - merged.back().coordinate <= tolerance)
-      merged.back().length += edge.length;
-    else
-      merged.push_back(edge);
-  }
-  // Edges of one length in the order of their places: rounding does not choose.
-  const auto steps = [&](const Candidate& edge) { return step_of(edge.length, tolerance); };
-  std::stable_sort(merged.begin(), merged.end(), [&](const auto& a, const auto& b) { return steps(a) > steps(b); });
-
-  // An edge earns a line of its own when it is at least as long as a block, and no other line is near.
-  std::vector<double> fixed{lo, hi};
-  for (const Candidate& candidate : merged) {
-    if (candidate.length < 2 * block - tolerance) break;
-    const auto next = std::lower_bound(fixed.begin(), fixed.end(), candidate.coordinate);
-    const double gap_above = next == fixed.end() ? 1e300 : *next - candidate.coordinate;
-    const double gap_below = next == fixed.begin() ? 1e300 : candidate.coordinate - *(next - 1);
-    if (std::min(gap_above, gap_below) >= 0.4 * block - tolerance) fixed.insert(next, candidate.coordinate);
-  }
-  std::vector<double> lines;
-  for (std::size_t i = 0; i + 1 < fixed.size(); ++i) {
-    const double gap = fixed[i + 1] - fixed[i];
-    const int parts = std::max(1, static_cast<int>(std::ceil(gap / block - 0.2)));
-    for (int p = 0; p < parts; ++p) lines.push_back(fixed[i] + gap * p / parts);
-  }
-  lines.push_back(hi);
-  return lines;
-}
-
-/// Index of the block between lines[k] and lines[k + 1] that holds the coordinate.
-std::size_t block_of(const std::vector<double>& lines, double coordinate) {
-  const auto above = std::upper_bound(lines.begin(), lines.end(), coordinate);
-  const auto index = static_cast<std::ptrdiff_t>(above - lines.begin()) - 1;
-  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(index, 0, static_cast<std::ptrdiff_t>(lines.size()) - 2));
-}
+// ---- Blocks -----------------------------------------------------------------------------------------------------------
 
 Vec3 axis_direction(int axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
 
@@ -199,25 +145,39 @@ class Cutter {
   static constexpr std::size_t max_group_corners = 10;
 
   Cutter(const Scene& scene, Mesh& mesh, const Box& box)
-      : scene_(scene), mesh_(mesh), tolerance_(1e-7 * std::max({box.size().x, box.size().y, box.size().z})),
-        planes_(std::max({box.size().x, box.size().y, box.size().z}), box.centre()) {
+      : scene_(scene), mesh_(mesh), tolerance_(1e-7 * detail_of(mesh, box)),
+        planes_(detail_of(mesh, box), box.centre()) {
     for (const Surface& surface : scene.surfaces) emitted_ += emitted_by(surface);
   }
 
-  void cut_side(std::uint32_t surface_index, bool back, bool lit) {
+  /// @param coarse  LitSides
+  void cut_side(std::uint32_t surface_index, bool back, std::uint8_t coarse) {
     const Surface& surface = scene_.surfaces[surface_index];
-    const Vec3 normal = back ? -surface.normal : surface.normal;
-    const PlaneId plane = planes_.find_or_add(normal, surface.corners[0], mesh_.planes);
-    for (Polygon& piece : limited(block_pieces(surface.corners, mesh_.lines, tolerance_), max_group_corners)) {
-      if (area(piece) <= tolerance_ * tolerance_) continue;
-      // Seen from the back the corners run clockwise: turn them round.
-      if (back) std::reverse(piece.begin(), piece.end());
-      add_group(piece, plane, surface_index, back, lit);
-    }
+    side_size_ = coarsening(coarse);
+    for (const Polygon& piece : limited(block_pieces(surface.corners, mesh_.lines, tolerance_), max_group_corners))
+      add_group(piece, surface_index, back, true);
+  }
+
+  /// A side that no light reaches: as few groups and elements as its corners allow, since nothing comes of them.
+  void keep_dark_front(std::uint32_t surface_index) {
+    side_size_ = std::numeric_limits<double>::infinity();
+    for (const Polygon& piece : limited({scene_.surfaces[surface_index].corners}, max_group_corners))
+      add_group(piece, surface_index, false, false);
   }
 
  private:
-  void add_group(const Polygon& polygon, PlaneId plane_id, std::uint32_t surface, bool back, bool lit) {
+  /// Places nearer to each other than a millionth of this are one (m): the scene, or some hundred blocks where it is far larger.
+  static double detail_of(const Mesh& mesh, const Box& box) {
+    constexpr double patches = 256;
+    return std::min(max_channel(box.size()), patches * mesh.options.patch_size);
+  }
+
+  void add_group(Polygon polygon, std::uint32_t surface, bool back, bool lit) {
+    if (area(polygon) <= tolerance_ * tolerance_) return;
+    // Seen from the back the corners run clockwise: turn them round.
+    if (back) std::reverse(polygon.begin(), polygon.end());
+    const Surface& whole = scene_.surfaces[surface];
+    const PlaneId plane_id = planes_.find_or_add(back ? -whole.normal : whole.normal, whole.corners[0], mesh_.planes);
     const Plane& plane = mesh_.planes[plane_id.value];
     Group group;
     group.plane = plane_id;
@@ -238,6 +198,9 @@ class Cutter {
       block.lo[axis] = mesh_.lines[axis][group.block[axis]];
       block.hi[axis] = mesh_.lines[axis][group.block[axis] + 1];
     }
+    // In a block that finer sides have made small, a coarse one is a patch at least.
+    const double block_size = max_channel(block.size()) / (mesh_.options.patch_size * (1 << halvings(mesh_.options)));
+    size_ = lit ? std::clamp(2 * block_size, 1.0, side_size_) : side_size_;
     const int flat_axis = largest_axis(plane.normal);
     halve(polygon, flat_axis, block, halvings(mesh_.options), 0,
           [&](const Polygon& piece, std::uint8_t branch) { add_patch(piece, plane_id, group_id, group, branch); });
@@ -263,7 +226,7 @@ class Cutter {
       Polygon polygon;
       Box box;
     };
-    const double patch = mesh_.options.patch_size;
+    const double patch = mesh_.options.patch_size * size_;
     std::vector<Piece> pieces{{polygon, box}};
     for (int axis = 0; axis < 3; ++axis) {
       if (axis == flat_axis) continue;
@@ -343,7 +306,7 @@ class Cutter {
   /// Of a place that shoots (m). The edges of a luminaire's shadows have as many steps as it has places: all luminaires together
   /// have some 256, by their power, however coarse the mesh is. Pieces of a large one, or one lamp of very many, need no own.
   double place_size(const Surface& surface, bool back) const {
-    const double usual = usual_place_size(mesh_.options);
+    const double usual = usual_place_size(mesh_.options) * size_;
     const double emitted = back ? 0.0 : emitted_by(surface);
     if (!(emitted > 0)) return usual;
     constexpr double places_of_all = 256, worth_it = 4;
@@ -456,20 +419,73 @@ class Cutter {
   const Scene& scene_;
   Mesh& mesh_;
   PlaceTree as_options_ask_ = PlaceTree::uniform(base_levels(mesh_.options));
-  std::size_t place_count_ = 0;  ///< of all patches so far
-  double emitted_ = 0;           ///< by all, as emitted_by()
+  std::size_t place_count_ = 0;      ///< of all patches so far
+  double emitted_ = 0;               ///< by all, as emitted_by()
+  double side_size_ = 1, size_ = 1;  ///< of patches and elements, in usual ones: of the side, and of the group
   double tolerance_;
   PlaneTable planes_;
 };
 
-double lit_area(const Scene& scene, std::span<const LitSides> lit) {
-  double total = 0;
-  for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
+/// Calls with the surface and the coarseness of each lit side.
+template <class Visit>
+void for_each_lit_side(const Scene& scene, std::span<const LitSides> lit, Visit&& visit) {
+  for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
     if (scene.material_of(scene.surfaces[s]).finish == Finish::glass) continue;
     const LitSides sides = lit.empty() ? LitSides{} : lit[s];
-    total += scene.surfaces[s].area * (int{sides.front} + int{sides.back});
+    if (sides.front) visit(s, false, sides.front_coarse);
+    if (sides.back) visit(s, true, sides.back_coarse);
   }
+}
+
+/// Area of all lit sides, in usual elements' worth (m²).
+double lit_area(const Scene& scene, std::span<const LitSides> lit) {
+  double total = 0;
+  for_each_lit_side(scene, lit, [&](std::uint32_t s, bool, std::uint8_t coarse) {
+    total += scene.surfaces[s].area / (coarsening(coarse) * coarsening(coarse));
+  });
   return total;
+}
+
+/// Fills in the sizes that are not given.
+void choose_sizes(const Scene& scene, std::span<const LitSides> lit, MeshOptions& options) {
+  if (options.patch_size <= 0) {
+    const double extent = max_channel(bounds(scene).size());
+    const double total = std::max(lit_area(scene, lit), 1e-12 * extent * extent);
+    options.patch_size =
+        options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
+  }
+  if (options.element_size <= 0) options.element_size = options.patch_size / 4;
+}
+
+double block_size(const MeshOptions& options) { return options.patch_size * (1 << halvings(options)); }
+
+std::array<BlockWidths, 3> widths_of(const Scene& scene, std::span<const LitSides> lit, const MeshOptions& options) {
+  const double block = block_size(options);
+  return {BlockWidths(scene, lit, 0, block), BlockWidths(scene, lit, 1, block), BlockWidths(scene, lit, 2, block)};
+}
+
+/// @param options  with all sizes chosen
+MeshForecast forecast_of(const Scene& scene, std::span<const LitSides> lit, const MeshOptions& options,
+                         const std::array<BlockWidths, 3>& widths) {
+  MeshForecast forecast;
+  const Box box = bounds(scene);
+  for (int axis = 0; axis < 3; ++axis)
+    forecast.blocks = std::max(forecast.blocks, widths[axis].count(box.lo[axis], box.hi[axis]));
+  for_each_lit_side(scene, lit, [&](std::uint32_t s, bool, std::uint8_t coarse) {
+    const Surface& surface = scene.surfaces[s];
+    const double element = options.element_size * coarsening(coarse);
+    // A plane is cut by the lines of two axes, and by those of the third where it leans.
+    std::array<double, 3> blocks;
+    for (int axis = 0; axis < 3; ++axis) {
+      double lo, hi;
+      extent_along(surface.corners, axis, lo, hi);
+      blocks[axis] = widths[axis].count(lo, hi);
+    }
+    std::sort(blocks.begin(), blocks.end());
+    const double pieces = (blocks[0] + blocks[1]) * blocks[2], elements_of_piece = coarse > 0 ? 4 : 1;
+    forecast.elements += std::max(surface.area / (element * element), elements_of_piece * pieces);
+  });
+  return forecast;
 }
 
 }  // namespace
@@ -504,6 +520,12 @@ std::vector<PlaceTree> places_of(const Mesh& mesh) {
   return places;
 }
 
+MeshForecast forecast_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit) {
+  MeshOptions chosen = options;
+  choose_sizes(scene, lit, chosen);
+  return forecast_of(scene, lit, chosen, widths_of(scene, lit, chosen));
+}
+
 Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
              std::span<const PlaceTree> places) {
   MUST(!scene.surfaces.empty());
@@ -512,23 +534,29 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
   mesh.options = options;
   mesh.lit_sides.assign(lit.begin(), lit.end());
   mesh.places.assign(places.begin(), places.end());
-  const Box box = bounds(scene);
-  const double extent = std::max({box.size().x, box.size().y, box.size().z});
-  if (mesh.options.patch_size <= 0) {
-    const double total = std::max(lit_area(scene, lit), 1e-12 * extent * extent);
-    mesh.options.patch_size =
-        options.element_size > 0 ? 4 * options.element_size : 4 * std::sqrt(total / options.target_elements);
+  choose_sizes(scene, lit, mesh.options);
+  std::array<BlockWidths, 3> widths = widths_of(scene, lit, mesh.options);
+  const bool is_chosen_here = options.patch_size <= 0 && options.element_size <= 0;
+  for (int most_rounds = 16; is_chosen_here && most_rounds > 0; --most_rounds) {
+    const MeshForecast forecast = forecast_of(scene, lit, mesh.options, widths);
+    const double too_many =
+        std::max(std::sqrt(forecast.elements / (1.5 * options.target_elements)), forecast.blocks / most_blocks);
+    if (too_many <= 1) break;
+    mesh.options.patch_size *= 1.01 * too_many, mesh.options.element_size *= 1.01 * too_many;
+    widths = widths_of(scene, lit, mesh.options);
   }
-  if (mesh.options.element_size <= 0) mesh.options.element_size = mesh.options.patch_size / 4;
-  const double block = mesh.options.patch_size * (1 << halvings(mesh.options));
-  for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, block);
+  const Box box = bounds(scene);
+  for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, widths[axis]);
 
   Cutter cutter(scene, mesh, box);
   for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s) {
     if (scene.material_of(scene.surfaces[s]).finish == Finish::glass) continue;
     const LitSides sides = lit.empty() ? LitSides{} : lit[s];
-    cutter.cut_side(s, false, sides.front);
-    if (sides.back) cutter.cut_side(s, true, true);
+    if (sides.front)
+      cutter.cut_side(s, false, sides.front_coarse);
+    else
+      cutter.keep_dark_front(s);
+    if (sides.back) cutter.cut_side(s, true, sides.back_coarse);
   }
   return mesh;
 }

@@ -18,6 +18,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/types.hpp"
+#include "core/scene/block_lines.hpp"
 #include "core/scene/place_tree.hpp"
 #include "core/scene/scene.hpp"
 
@@ -103,15 +104,9 @@ inline PlaceTree::Node node_of(const Patch& patch, const Element& element) {
 }
 
 struct MeshOptions {
-  double patch_size = 0;    ///< m; 0: chosen from the scene's area so that about `target_elements` arise
+  double patch_size = 0;    ///< m, of usual sides; 0: chosen from the scene's area so that about `target_elements` arise
   double element_size = 0;  ///< m; 0: a quarter of the patch size
   std::uint32_t target_elements = 12000;
-};
-
-/// Which sides of a surface light can reach at all; index = surface. What no light reaches gets no patches on its back,
-/// and dormant ones on its front. See core/light/lit_sides.
-struct LitSides {
-  bool front = true, back = true;
 };
 
 struct Mesh {
@@ -138,7 +133,21 @@ struct Mesh {
   Polygon2 element_polygon(const Patch& patch, const Element& element) const;
 };
 
-/// Cuts a scene. Glass gets no patches: light passes it.
+/// What a mesh would be like, before anything is taken for it.
+struct MeshForecast {
+  double elements = 0;  ///< that are lit; within a factor of two, 16 for each small face more
+  double blocks = 0;    ///< along the axis that has most
+};
+/// Numbers of blocks are 16 bits.
+inline constexpr double most_blocks = 60000;
+
+/// Where a size is 0, for the size that mesh_of() begins with.
+MeshForecast forecast_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit);
+
+/// Cuts a scene. Glass gets no patches: light passes it. Sides that are coarse get elements so many times as large, in blocks as
+/// wide where nothing finer is near. Where the size is chosen here, it is so large that blocks bring no more than half as
+/// many elements as were wanted on top of those. A dark front is one group of one element, in as many cells as it may reach.
+/// @pre forecast_of(): not more than most_blocks, where a size is given
 /// @param lit  one entry per surface, or empty for "everything may be lit"
 /// @param places  how the places of all patches are divided, row by row (the patches are the same however that is), or empty: as the
 ///                sizes in `options` ask

@@ -28,6 +28,20 @@ Box bounds(const Scene& scene) {
   return box;
 }
 
+Vec3 point_of(const Surface& surface, const Vec2& square) {
+  double pick = square.x * surface.area;
+  for (std::size_t k = 2; k < surface.corners.size(); ++k) {
+    const Vec3 a = surface.corners[k - 1] - surface.corners[0], b = surface.corners[k] - surface.corners[0];
+    const double part = 0.5 * glm::length(glm::cross(a, b));
+    if (pick <= part || k + 1 == surface.corners.size()) {
+      const double s = std::sqrt(std::clamp(pick / part, 0.0, 1.0));
+      return surface.corners[0] + s * ((1 - square.y) * a + square.y * b);
+    }
+    pick -= part;
+  }
+  return surface.corners[0];
+}
+
 Vec2 texcoord_at(const Surface& surface, const Vec3& point) {
   // The triangle of the fan that holds the point, or the one it misses by least.
   Vec2 best{0.0};

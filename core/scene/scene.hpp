@@ -94,6 +94,9 @@ struct Box {
 /// Smallest box around all surfaces. @pre at least one surface
 Box bounds(const Scene& scene);
 
+/// Point of a surface, uniform by area, for a point of the unit square.
+Vec3 point_of(const Surface& surface, const Vec2& square);
+
 /// Texture coordinate at a point of a surface: barycentric over the fan of triangles from corner 0.
 /// @pre the surface has texture coordinates
 Vec2 texcoord_at(const Surface& surface, const Vec3& point);

@@ -171,7 +171,7 @@ bool DirectLight::candidate(std::uint32_t index, const Vec3& point, const Vec3& 
   } else {
     out.form_factor = form_factor(point, normal, corners(whole));
   }
-  out.weight = sum_channels(luminaire.radiance) * out.form_factor;
+  out.weight = out.stands_for = sum_channels(luminaire.radiance) * out.form_factor;
   return out.weight > 0;
 }
 
@@ -194,6 +194,25 @@ int DirectLight::level_for(const Candidate& candidate, double share, const Direc
   return level;
 }
 
+void DirectLight::bundle(std::vector<Candidate>& candidates, double total, const DirectOptions& options,
+                         Random& random) {
+  const double worth_a_ray = total / options.rays;
+  std::vector<Candidate> bundled;
+  for (std::size_t first = 0, next = 0; first < candidates.size(); first = next) {
+    double weight = 0;
+    for (; next < candidates.size() && weight < worth_a_ray; ++next) {
+      if (next > first && candidates[next].weight >= worth_a_ray) break;
+      weight += candidates[next].weight;
+    }
+    double pick = (options.seed ? random.unit() : 0.5) * weight;
+    std::size_t chosen = first;
+    while (chosen + 1 < next && pick >= candidates[chosen].weight) pick -= candidates[chosen++].weight;
+    bundled.push_back(candidates[chosen]);
+    bundled.back().stands_for = weight;
+  }
+  candidates = std::move(bundled);
+}
+
 Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectOptions& options,
                             std::uint64_t& rays) const {
   Rgb through_mirrors{0.0};
@@ -208,15 +227,17 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
       total += c.weight;
     }
   if (!(total > 0)) return through_mirrors;
+  Random random(options.seed.value_or(0), 7);
+  if (2 * candidates.size() > options.rays) bundle(candidates, total, options, random);
   if (candidates.size() > 1)
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return a.weight != b.weight ? a.weight > b.weight : a.luminaire < b.luminaire;
+      return a.stands_for != b.stands_for ? a.stands_for > b.stands_for : a.luminaire < b.luminaire;
     });
 
   // Visible and whole weight of each, over its parts.
   std::size_t traced = 0;
   for (double rest = total; traced < candidates.size() && rest > unimportant_share * total; ++traced)
-    rest -= candidates[traced].weight;
+    rest -= candidates[traced].stands_for;
   traced = std::max<std::size_t>(traced, 1);
   struct Seen {
     double visible = 0, whole = 0;
@@ -224,11 +245,10 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
   std::vector<Seen> seen(traced);
   const double lift = scene_->offset();
   ShadowRays shadow(*scene_, point + lift * normal);
-  Random random(options.seed.value_or(0), 7);
   for (std::size_t i = 0; i < traced; ++i) {
     const Candidate& c = candidates[i];
     const Luminaire& luminaire = luminaires_[c.luminaire];
-    const auto level = static_cast<std::size_t>(level_for(c, c.weight / total, options));
+    const auto level = static_cast<std::size_t>(level_for(c, c.stands_for / total, options));
     const Vec3 target_lift = lift * luminaire.normal;
     for (std::uint32_t k = luminaire.first_part[level]; k < luminaire.first_part[level + 1]; ++k) {
       const Part& part = parts_[k];
@@ -262,11 +282,12 @@ Rgb DirectLight::irradiance(const Vec3& point, const Vec3& normal, const DirectO
     double visibility;
     if (i < traced) {
       visibility = seen[i].whole > 0 ? seen[i].visible / seen[i].whole : 0.0;
-      got += visibility * c.weight, could += c.weight;
+      got += visibility * c.stands_for, could += c.stands_for;
     } else {
       visibility = could > 0 ? got / could : 0.0;
     }
-    sum += std::numbers::pi * c.form_factor * visibility * luminaires_[c.luminaire].radiance;
+    sum +=
+        std::numbers::pi * c.form_factor * (c.stands_for / c.weight) * visibility * luminaires_[c.luminaire].radiance;
   }
   return sum + through_mirrors;
 }

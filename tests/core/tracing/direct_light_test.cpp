@@ -100,6 +100,26 @@ TEST_CASE("direct_light: hundreds of luminaires cost few rays and lose nothing")
   CHECK(rays >= 100);
 }
 
+TEST_CASE("direct_light: a lamp of a thousand facets gets some hundred rays, and its shadow is right on average") {
+  auto scene = std::make_shared<Scene>();
+  const std::uint32_t lamp = add_material(*scene, luminous(50)), grey = add_material(*scene, diffuse(0));
+  constexpr int n = 32;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      add_rectangle(*scene, {1.0 * i / n, 1.0 * j / n, 3}, {0, 1.0 / n, 0}, {1.0 / n, 0, 0}, lamp);
+  const Vec3 point{0.5, 0.5, 0}, up{0, 0, 1};
+  const Vec3 half[] = {{0, 0, 3}, {0, 1, 3}, {0.5, 1, 3}, {0.5, 0, 3}};
+  const double whole = 2 * 50 * std::numbers::pi * form_factor(point, up, half);
+  std::uint64_t rays = 0;
+  CHECK(DirectLight(std::make_shared<TraceScene>(scene)).irradiance(point, up, {256, 64, {}}, rays).x ==
+        doctest::Approx(whole).epsilon(1e-3));
+  CHECK(rays >= 128);
+  CHECK(rays <= 400);
+  add_rectangle(*scene, {-1, -1, 1.5}, {1.5, 0, 0}, {0, 4, 0}, grey);  // hides the half with x < .5
+  CHECK(DirectLight(std::make_shared<TraceScene>(scene)).irradiance(point, up, {256, 64, {}}, rays).x ==
+        doctest::Approx(whole / 2).epsilon(0.05));
+}
+
 TEST_CASE("direct_light: light passes a clear pane, less what it reflects") {
   PanelRoom room;
   add_rectangle(*room.scene, {0, 0, 1.5}, {4, 0, 0}, {0, 4, 0}, add_material(*room.scene, glass(1.52)));
