@@ -176,28 +176,39 @@ void Cell::receive_external(Effects& effects) {
   if (external.closed)
     send_closed(external.shot, pose, effects);
   else
-    send_on(external.shot, pose, std::move(external.bitmap), effects);
+    send_on(external.shot, pose, external.bitmap, effects);
 }
 
 // ---- Sending ----------------------------------------------------------------------------------------------------------
 
-void Cell::send_on(const std::shared_ptr<const Shot>& shot, const ShooterPose& pose, HemicubeBitmap bitmap,
+void Cell::send_on(const std::shared_ptr<const Shot>& shot, const ShooterPose& pose, const HemicubeBitmap& bitmap,
                    Effects& effects) {
   const CellList next = successors(*grid_, pose, id_);
   if (next.empty()) return;
   const HemicubeFrame frame = shot->frame();
-  const auto is_closed = [&](CellId successor) { return hides(bitmap, frame, reach(*grid_, pose, successor)); };
-
   // Projection is only worth it while some pixel towards a successor is free.
-  if (!std::all_of(next.begin(), next.end(), is_closed)) {
-    light_->project(*shot, beyond(*grid_, pose, id_), bitmap);
+  std::vector<NextCell> open;
+  std::vector<bool> is_open;
+  for (const CellId successor : next) {
+    const NextCell cell{grid_->box(successor), reach(*grid_, pose, successor)};
+    is_open.push_back(!hides(bitmap, frame, cell.reach));
+    if (is_open.back()) open.push_back(cell);
+  }
+  std::vector<Passage> passed;
+  if (!open.empty()) {
+    passed = light_->project(*shot, open, bitmap);
     ++effects.work.bitmaps_projected;
   }
-  std::vector<std::uint8_t> bytes;
-  for (const CellId successor : next) {
-    const bool closed = is_closed(successor);
-    if (!closed && bytes.empty()) bytes = packed(bitmap);
-    send({shot, id_, closed, closed ? std::vector<std::uint8_t>() : bytes}, successor, effects);
+  std::vector<std::uint8_t> bytes;  // of the last that was packed
+  const HemicubeBitmap* is_packed = nullptr;
+  for (std::size_t k = 0, o = 0; k < next.size(); ++k) {
+    bool closed = !is_open[k];
+    if (!closed) {
+      const auto& [bits, walled] = passed[o];
+      closed = hides(walled.resolution() > 0 ? walled : bits, frame, open[o++].reach);
+      if (!closed && !(is_packed && *is_packed == bits)) bytes = packed(bits), is_packed = &bits;
+    }
+    send({shot, id_, closed, closed ? std::vector<std::uint8_t>() : bytes}, next[k], effects);
   }
 }
 

@@ -85,7 +85,7 @@ class Cell {
   void apply_change(Effects& effects);
   void shoot_locally(Effects& effects);
   void receive_external(Effects& effects);
-  void send_on(const std::shared_ptr<const Shot>& shot, const ShooterPose& pose, HemicubeBitmap bitmap,
+  void send_on(const std::shared_ptr<const Shot>& shot, const ShooterPose& pose, const HemicubeBitmap& bitmap,
                Effects& effects);
   void send_closed(const std::shared_ptr<const Shot>& shot, const ShooterPose& pose, Effects& effects);
   void send(HemicubeMessage message, CellId to, Effects& effects);

@@ -16,7 +16,8 @@ class LightOfCell {
   virtual double largest_initial_power() const = 0;
   virtual Shot take_shot(GroupId group, ShotId id, SceneVersion version) = 0;
   virtual TransferWork receive(const Shot& shot, const HemicubeBitmap* incoming) = 0;
-  virtual void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const = 0;
+  virtual std::vector<Passage> project(const Shot& shot, std::span<const NextCell> next,
+                                       const HemicubeBitmap& bitmap) const = 0;
   virtual void set_emission(std::uint32_t material, const Rgb& radiance) = 0;
   virtual void set_reflectance(std::uint32_t material, const Rgb& reflectance) = 0;
   virtual CellPower power() const = 0;
@@ -36,8 +37,9 @@ class RealLight final : public LightOfCell {
   TransferWork receive(const Shot& shot, const HemicubeBitmap* incoming) override {
     return light_->receive(shot, incoming);
   }
-  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const override {
-    light_->project(shot, beyond, bitmap);
+  std::vector<Passage> project(const Shot& shot, std::span<const NextCell> next,
+                               const HemicubeBitmap& bitmap) const override {
+    return light_->project(shot, next, bitmap);
   }
   void set_emission(std::uint32_t material, const Rgb& radiance) override { light_->set_emission(material, radiance); }
   void set_reflectance(std::uint32_t material, const Rgb& reflectance) override {

@@ -7,6 +7,7 @@
 
 #include "core/base/check.hpp"
 #include "core/light/bit_projector.hpp"
+#include "core/light/cell_surfaces.hpp"
 #include "core/light/openness.hpp"
 #include "core/light/radiosity.hpp"
 #include "core/light/raycast.hpp"
@@ -33,32 +34,6 @@ std::size_t Shot::wire_bytes() const {
 }
 
 namespace {
-
-/// The surfaces of a cell, cut to its box; nothing when the box holds all of the scene. Cut a hair outside of it: what lies in
-/// a boundary plane occludes on both sides.
-std::optional<std::vector<Surface>> cut_surfaces(const Scene& scene, const Box& box) {
-  std::vector<Surface> inside;
-  const Box whole = bounds(scene);
-  if (box.contains(whole.lo) && box.contains(whole.hi)) return std::nullopt;
-  const double margin = 2e-6 * std::max({whole.size().x, whole.size().y, whole.size().z});
-  for (const Surface& surface : scene.surfaces) {
-    Polygon corners = surface.corners;
-    for (int axis = 0; axis < 3 && !corners.empty(); ++axis) {
-      Vec3 direction{0.0};
-      direction[axis] = 1;
-      if (box.lo[axis] > whole.lo[axis]) corners = clipped(corners, direction, box.lo[axis] - margin, 0.0);
-      if (!corners.empty() && box.hi[axis] < whole.hi[axis])
-        corners = clipped(corners, -direction, -box.hi[axis] - margin, 0.0);
-    }
-    if (corners.empty()) continue;
-    inside.push_back(surface);
-    if (corners.size() != surface.corners.size() || corners != surface.corners) {
-      inside.back().corners = std::move(corners);
-      inside.back().texcoords.clear();  // rays and bitmaps need none
-    }
-  }
-  return inside;
-}
 
 /// Where the hemicube stands: the centre of what is open, unless it is dark there. The centre of a floor patch may lie under a
 /// cabinet; a hemicube in there would hide the whole shot from all other cells.
@@ -97,16 +72,32 @@ Vec3 hemicube_centre(const Shot& shot) {
   return shot.plane.point(nearest == nearest_open || !nearest_open ? middle : nearest_open->centre);
 }
 
+/// Covers what the surface covers of what lies beyond a side of the box, by its part before that.
+void project_before(const HemicubeFrame& frame, const CoveringSurface& surface, const Box& box, int side,
+                    HemicubeBitmap& bitmap) {
+  const int axis = side / 2;
+  const bool is_low = side % 2 == 0;
+  if (is_low ? surface.bounds.lo[axis] >= box.lo[axis] : surface.bounds.hi[axis] <= box.hi[axis])
+    return project(frame, surface.corners, bitmap);
+  Vec3 inwards{0.0};
+  inwards[axis] = is_low ? 1 : -1;
+  const Polygon part = clipped(surface.corners, inwards, is_low ? box.lo[axis] : -box.hi[axis], 0.0);
+  if (!part.empty()) project(frame, part, bitmap);
+}
+
 }  // namespace
 
 struct CellLight::Impl {
   Impl(std::shared_ptr<const Scene> scene_, std::shared_ptr<const Mesh> mesh_, const std::vector<GroupId>& groups,
-       const Box& box, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_,
+       const Box& box_, const TransferOptions& options_, std::shared_ptr<const Parallel> parallel_,
        std::shared_ptr<const GroupExchange> exchange_)
-      : scene(std::move(scene_)), mesh(std::move(mesh_)), options(options_), parallel(std::move(parallel_)),
-        cut(cut_surfaces(*scene, box)), surfaces(cut ? *cut : scene->surfaces), origin(local_origin()),
-        tree(receiver_tree(*mesh, lit_groups(groups), origin)), rays(*scene, surfaces, origin, Glass::clear),
-        occluders(*scene, surfaces, origin, rays.offset()), exchange(exchange_ ? std::move(exchange_) : std::make_shared<const GroupExchange>(*scene, *mesh, *parallel)),
+      : scene(std::move(scene_)), mesh(std::move(mesh_)), options(options_), parallel(std::move(parallel_)), box(box_),
+        rim(mesh->options.patch_size), own(surfaces_of(*scene, box, rim)), surfaces(own ? *own : scene->surfaces),
+        covering(own ? covering_surfaces(*scene, surfaces, box, rim) : std::vector<CoveringSurface>{}),
+        origin(local_origin()), tree(receiver_tree(*mesh, lit_groups(groups), origin)),
+        rays(*scene, surfaces, origin, Glass::clear), occluders(*scene, surfaces, origin, rays.offset()),
+        exchange(exchange_ ? std::move(exchange_)
+                           : std::make_shared<const GroupExchange>(*scene, *mesh, *parallel)),
         light(*mesh, tree, *exchange),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
@@ -170,18 +161,21 @@ struct CellLight::Impl {
   }
 
   Vec3 local_origin() const {
-    Box box;
+    Box bounds;
     for (const Surface& surface : surfaces)
-      for (const Vec3& corner : surface.corners) box.include(corner);
-    return surfaces.empty() ? Vec3{0.0} : box.centre();
+      for (const Vec3& corner : surface.corners) bounds.include(corner);
+    return surfaces.empty() ? Vec3{0.0} : bounds.centre();
   }
 
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Mesh> mesh;
   TransferOptions options;
   std::shared_ptr<const Parallel> parallel;
-  std::optional<std::vector<Surface>> cut;
+  Box box;
+  double rim = 0;  ///< m; see core/light/cell_surfaces
+  std::optional<std::vector<Surface>> own;
   std::span<const Surface> surfaces;
+  std::vector<CoveringSurface> covering;  ///< none where there are no other cells
   Vec3 origin;
   ReceiverTree tree;
   RayScene rays;
@@ -251,17 +245,59 @@ TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming
   return transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
 }
 
-void CellLight::project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const {
+std::vector<Passage> CellLight::project(const Shot& shot, std::span<const NextCell> next,
+                                        const HemicubeBitmap& bitmap) const {
   const HemicubeFrame frame = shot.frame();
-  for (const Surface& surface : impl_->surfaces) {
-    if (impl_->scene->material_of(surface).finish == Finish::glass) continue;
-    // The shooter's own plane, which rounding may lift over its centre.
+  const auto is_of_shooter = [&](const CoveringSurface& surface) {  // whose plane rounding may lift over its centre
     const double height = glm::dot(shot.plane.normal, surface.corners[0] - shot.centre);
-    if (std::abs(glm::dot(shot.plane.normal, surface.normal)) > 1 - 1e-9 && std::abs(height) < impl_->rays.offset())
-      continue;
-    if (can_not_shadow(surface.corners[0], surface.normal, shot.centre, beyond)) continue;
-    lichthof::project(frame, surface.corners, bitmap);
+    return std::abs(glm::dot(shot.plane.normal, surface.normal)) > 1 - 1e-9 && std::abs(height) < impl_->rays.offset();
+  };
+  const auto counts = [&](const CoveringSurface& surface, const Box& reach) {
+    return !can_not_shadow(surface.corners[0], surface.normal, shot.centre, reach);
+  };
+  // What lies wholly outside is another cell's to show, but where the shot comes in: that cell has left it to this one.
+  const auto is_elsewhere = [&](const CoveringSurface& surface) {
+    for (int axis = 0; axis < 3; ++axis)
+      if ((surface.bounds.lo[axis] > impl_->box.hi[axis] && !(shot.centre[axis] > impl_->box.hi[axis])) ||
+          (surface.bounds.hi[axis] < impl_->box.lo[axis] && !(shot.centre[axis] < impl_->box.lo[axis])))
+        return true;
+    return false;
+  };
+  // Item buffers show the patches of their cell and nothing around it.
+  const bool traces = impl_->options.method != TransferMethod::hemicube;
+  const auto is_left_to = [&](const NextCell& cell, const CoveringSurface& surface) {
+    return traces && concerns(surface.bounds, cell.box, impl_->rim);
+  };
+  Box beyond;
+  for (const NextCell& cell : next) beyond.include(cell.reach.lo), beyond.include(cell.reach.hi);
+  // Most surfaces are the same for all.
+  HemicubeBitmap common = bitmap;
+  std::vector<const CoveringSurface*> others;
+  for (const CoveringSurface& surface : impl_->covering) {
+    if (is_elsewhere(surface) || is_of_shooter(surface) || !counts(surface, beyond)) continue;
+    if (impl_->box.contains(surface.bounds.lo) && impl_->box.contains(surface.bounds.hi) &&
+        std::ranges::none_of(next, [&](const NextCell& cell) { return is_left_to(cell, surface); }))
+      lichthof::project(frame, surface.corners, common);
+    else
+      others.push_back(&surface);
   }
+  std::vector<Passage> passages(next.size(), {common, {}});
+  for (std::size_t k = 0; k < next.size(); ++k) {
+    HemicubeBitmap& passed = passages[k].bitmap;
+    const int side = side_towards(impl_->box, next[k].box);
+    std::vector<const CoveringSurface*> walls;
+    for (const CoveringSurface* surface : others) {
+      if (!counts(*surface, next[k].reach)) continue;
+      if (!is_left_to(next[k], *surface))
+        // What reaches past the side elsewhere is not nearer there than the next cell.
+        project_before(frame, *surface, impl_->box, side, passed);
+      else if (surface->closes >> side & 1)
+        walls.push_back(surface);
+    }
+    if (!walls.empty()) passages[k].walled = passed;
+    for (const CoveringSurface* wall : walls) lichthof::project(frame, wall->corners, passages[k].walled);
+  }
+  return passages;
 }
 
 void CellLight::set_emission(std::uint32_t material, const Rgb& radiance) {
@@ -341,9 +377,10 @@ std::size_t CellLight::memory_bytes() const {
   const Impl& i = *impl_;
   std::size_t bytes = i.tree.memory_bytes() + i.light.memory_bytes() + i.rays.memory_bytes() +
                       i.occluders.memory_bytes() + bytes_of(i.outlines.outlines());
-  if (i.cut) {
-    bytes += bytes_of(*i.cut);
-    for (const Surface& surface : *i.cut) bytes += bytes_of(surface.corners);
+  if (i.own) {
+    bytes += bytes_of(*i.own);
+    for (const Surface& surface : *i.own) bytes += bytes_of(surface.corners);
+    bytes += bytes_of(i.covering);
   }
   for (const ElementOutlines::Outline& outline : i.outlines.outlines()) bytes += outline.corners.size() * sizeof(Vec3);
   return bytes + i.answers.bytes();

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/ids.hpp"
@@ -48,9 +49,23 @@ struct Shot {
   std::size_t wire_bytes() const;  ///< size of the shot's copy in a message
 };
 
+/// A cell that a shot travels on to.
+struct NextCell {
+  Box box;
+  Box reach;  ///< around it and all cells behind it that the shot can reach by it
+};
+
+/// What a cell lets pass to the next.
+struct Passage {
+  HemicubeBitmap bitmap;  ///< for those that receive the shot
+  /// The same with walls that the next cell's rays judge but that have no opening towards it: where that leaves nothing free, nothing
+  /// comes. Empty where there are none.
+  HemicubeBitmap walled;
+};
+
 struct TransferWork {
-  std::uint64_t rays = 0;        ///< shadow rays answered
-  std::uint64_t rays_saved = 0;  ///< those answered without the ray tracer, see core/light/shadows
+  std::uint64_t rays = 0;             ///< shadow rays answered
+  std::uint64_t rays_saved = 0;       ///< those answered without the ray tracer, see core/light/shadows
   std::uint64_t rays_remembered = 0;  ///< those of them that an earlier shot had asked, see core/light/visibility_cache
   std::uint64_t form_factors = 0, clusters_tested = 0, clusters_behind = 0, clusters_hidden = 0, clusters_cut = 0;
   Rgb received{0.0};  ///< power that arrived in this cell (W)
@@ -82,7 +97,7 @@ struct CellPower {
 class CellLight {
  public:
   /// @param groups  the groups of the cell, any order; dormant ones are left out of the receivers
-  /// @param box     the cell's box; surfaces are clipped to it for rays and bitmaps (an infinite box clips nothing)
+  /// @param box     the cell's box; rays and bitmaps meet what concerns it (core/light/cell_surfaces); an infinite box holds all
   /// @param exchange  of all groups of the mesh, where cells share it; else it is measured here
   CellLight(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh, std::vector<GroupId> groups,
             const Box& box, const TransferOptions& options, std::shared_ptr<const Parallel> parallel,
@@ -109,9 +124,11 @@ class CellLight {
   /// @param incoming  bitmap of occluders in nearer cells; nullptr for a shot of this very cell
   TransferWork receive(const Shot& shot, const HemicubeBitmap* incoming);
 
-  /// Covers the bitmap's pixels by this cell's surfaces, for the cells beyond.
-  /// @param beyond  box around all cells still to come
-  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const;
+  /// Covers the bitmap's pixels by this cell's surfaces, for each cell that it is sent to and those behind it. Left out is what
+  /// lies within the reach of that cell's own rays: an opening near its border is seen place by place, as inside of a cell.
+  /// @param next  cells beside this one that it is sent to
+  /// @returns     one for each of those
+  std::vector<Passage> project(const Shot& shot, std::span<const NextCell> next, const HemicubeBitmap& bitmap) const;
 
   void set_emission(std::uint32_t material, const Rgb& radiance);  ///< E moves, so unshot moves; no shot needed (§2.1)
   void set_reflectance(std::uint32_t material, const Rgb& reflectance);  ///< ρ moves, H is kept (§2.1)

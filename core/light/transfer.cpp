@@ -112,6 +112,7 @@ class IslandTask {
   IslandTask(const ShotView& shot, const TransferScene& scene, Radiosity& light, const IslandAnswers& answers)
       : view_(shot), shot_(shot.local), scene_(scene), light_(light), answers_(answers) {
     clear_segments(factors_.segments);
+    std::fill_n(visible_, 16, 1.f);
     if (view_.shadows) shadows_.emplace(*view_.shadows, scene.occluders, scene.rays, scene.in_hulls, scene.observer);
   }
 
@@ -330,7 +331,7 @@ class IslandTask {
       const bool is_mean = is_behind(cluster.points, lane, aims.place, place);
       // Bitmaps weaken factors by what is hidden of the whole source.
       const float weight = (is_mean ? 1.f : aims.weight[place]) *
-                           (view_.incoming ? area : exchange(cluster, source.flat, lane) * cluster.area[lane]);
+                           exchange(cluster, source.flat, lane) * cluster.area[lane] * visible_[lane];
       all += area, weights += weight;
       if ((arrival.sees >> lane & 1) == 0) continue;
       all_seen += area, weights_seen += weight;
@@ -381,7 +382,7 @@ class IslandTask {
 
   /// Weakens factors by what is covered in nearer cells. @returns the lanes that are left
   std::uint32_t apply_bitmap(const Cluster& cluster, std::uint32_t seen) {
-    alignas(64) float x[16], y[16], z[16], visible[16];
+    alignas(64) float x[16], y[16], z[16];
     const Receivers16& r = cluster.points;
     for (int lane = 0; lane < 16; ++lane) {
       const float dx = r.x[lane] - view_.centre[0], dy = r.y[lane] - view_.centre[1], dz = r.z[lane] - view_.centre[2];
@@ -389,10 +390,10 @@ class IslandTask {
       y[lane] = dx * view_.bitangent[0] + dy * view_.bitangent[1] + dz * view_.bitangent[2];
       z[lane] = dx * view_.normal[0] + dy * view_.normal[1] + dz * view_.normal[2];
     }
-    view_.incoming->visibility16(x, y, z, visible);
+    view_.incoming->visibility16(x, y, z, visible_);
     std::uint32_t left = 0;
     for (int lane = 0; lane < 16; ++lane) {
-      factors_.factor[lane] *= visible[lane];
+      factors_.factor[lane] *= visible_[lane];
       left |= (factors_.factor[lane] > 0.f ? 1u : 0u) << lane;
     }
     left &= seen;
@@ -409,6 +410,7 @@ class IslandTask {
   std::size_t item_patch_ = 0;
   IslandAnswers answers_;
   Factors16 factors_;
+  alignas(64) float visible_[16];  ///< what nearer cells leave of the source (1)
   std::uint32_t asked_ = 0;  ///< lanes of factors_ whose shadow rays are asked
   TransferWork work_;
   std::uint32_t item_ = 0;                    ///< the one under way

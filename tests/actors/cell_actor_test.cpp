@@ -27,8 +27,9 @@ class FailingLight final : public LightOfCell {
     if (incoming) throw std::runtime_error("out of light");
     return light_->receive(shot, incoming);
   }
-  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const override {
-    light_->project(shot, beyond, bitmap);
+  std::vector<Passage> project(const Shot& shot, std::span<const NextCell> next,
+                                      const HemicubeBitmap& bitmap) const override {
+    return light_->project(shot, next, bitmap);
   }
   void set_emission(std::uint32_t, const Rgb&) override {}
   void set_reflectance(std::uint32_t, const Rgb&) override {}

@@ -114,7 +114,7 @@ TEST_SUITE("simulation: real light") {
 
   TEST_CASE("simulation: cells end at the same radiosity whatever the order of delivery") {
     const double eps = 1e-6;
-    const RealRun one(test::two_rooms(), {2, 1, 1}, eps, 1), other(test::two_rooms(), {2, 1, 1}, eps, 3);
+    const RealRun one(test::two_rooms(), {2, 1, 1}, eps, 1), other(test::two_rooms(), {2, 1, 1}, eps, 5);
     REQUIRE(one.run->controller().converged());
     REQUIRE(other.run->controller().converged());
     CHECK(one.run->counters().shots != other.run->counters().shots);

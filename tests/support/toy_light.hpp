@@ -112,10 +112,14 @@ class ToyLight final : public LightOfCell {
     work.rays = patches_.size();  // what a hierarchy of walls would cost, not what the loop above does
     return work;
   }
-  void project(const Shot& shot, const Box& beyond, HemicubeBitmap& bitmap) const override {
+  std::vector<Passage> project(const Shot& shot, std::span<const NextCell> next,
+                                      const HemicubeBitmap& bitmap) const override {
+    std::vector<Passage> covered(next.size(), {bitmap, {}});
     for (const ToyWall& wall : walls_)
-      if (!can_not_shadow(wall[0], glm::normalize(newell_vector(wall)), shot.centre, beyond))
-        lichthof::project(shot.frame(), wall, bitmap);
+      for (std::size_t k = 0; k < next.size(); ++k)
+        if (!can_not_shadow(wall[0], glm::normalize(newell_vector(wall)), shot.centre, next[k].reach))
+          lichthof::project(shot.frame(), wall, covered[k].bitmap);
+    return covered;
   }
   void set_emission(std::uint32_t material, const Rgb& radiance) override {
     for (ToyPatch& patch : patches_)
