@@ -105,7 +105,10 @@ struct CellLight::Impl {
     for (const Patch& patch : mesh->patches) area += patch.area;
     reach = reach_of(area, options);
     hulls_pay = hulls_are_clear();
-    find_openness(tree, rays, mesh->options.patch_size, *parallel);
+    std::vector<Vec3> shining;
+    for (const Surface& surface : surfaces)
+      shining.push_back(scene->material_of(surface).emits() ? surface.normal : Vec3{0.0});
+    find_openness(tree, rays, shining, mesh->options.patch_size, *parallel);
     largest_initial_power = power_of_largest_shooter();
   }
 

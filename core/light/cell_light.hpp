@@ -27,7 +27,7 @@ struct ShotPatch {
   std::vector<Rgbf> delta;  ///< unshot radiosity per grid place, column fastest (W/m²), signed
   std::vector<float> area;  ///< at each place (m²), 0 where the polygon leaves none
   std::vector<float>
-      openness;         ///< likewise, in [0, 1]: what stands for the patch is where it is open (core/light/openness)
+      openness;         ///< likewise, in [0, 1]: what stands for the patch is where it is open; 0: veiled (core/light/openness)
   Rgbf reflected{0.f};  ///< area mean of delta without emission; delta mean = reflected + emitted
   Rgbf emitted{0.f};    ///< own emission in this shot (W/m²): what makes it direct light
 };

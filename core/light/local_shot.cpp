@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/light/near_field.hpp"
+
 namespace lichthof {
 
 namespace {
@@ -124,7 +126,7 @@ class PartsOfShot {
   /// @param level  0: the group, 1: a quarter of it, 2: a quarter of that
   void add_branch(std::span<const Vec2> corners, std::span<const ShotPatch> patches, int level) {
     const std::size_t part = local_.parts.size(), first_place = places_.size();
-    local_.parts.push_back({ShotPart::Level::branch, 0, mean_of(corners, patches)});
+    local_.parts.push_back({ShotPart::Level::branch, 0, false, mean_of(corners, patches)});
     while (level < 2 && count_of_next(patches, level) == patches.size()) ++level;  // it is not divided here
     for (std::size_t next = 0; next < patches.size();) {
       const std::size_t count = level < 2 ? count_of_next(patches.subspan(next), level) : 1;
@@ -174,8 +176,8 @@ class PartsOfShot {
     if (std::none_of(patch.area.begin(), patch.area.end(), [](float area) { return area > 0; })) return;
     const std::size_t part = local_.parts.size(), first_place = places_.size();
     local_.emits |= patch.emitted != Rgbf{0.f};
-    local_.parts.push_back(
-        {ShotPart::Level::patch, 0, source_of(shot_.plane, patch.corners, origin_, patch.reflected, patch.emitted)});
+    local_.parts.push_back({ShotPart::Level::patch, 0, false,
+                            source_of(shot_.plane, patch.corners, origin_, patch.reflected, patch.emitted)});
     const Vec2 size = patch.hi - patch.lo;
     const bool rectangular =
         patch.corners.size() == 4 && std::abs(signed_area(patch.corners) - size.x * size.y) <= 1e-9 * size.x * size.y;
@@ -188,7 +190,7 @@ class PartsOfShot {
         local_.reflects |= patch.delta[place] != patch.emitted;
         const auto end = static_cast<std::uint32_t>(local_.parts.size()) + 1;
         local_.parts.push_back(
-            {ShotPart::Level::element, end,
+            {ShotPart::Level::element, end, false,
              source_of(shot_.plane, corners_, origin_, patch.delta[place] - patch.emitted, patch.emitted)});
         const FlatShooter& f = local_.parts.back().source.flat;
         places_.push_back(
@@ -201,6 +203,12 @@ class PartsOfShot {
   void finish(std::size_t part, std::size_t first_place) {
     local_.parts[part].end = static_cast<std::uint32_t>(local_.parts.size());
     const std::span<const AimedPlace> places = std::span(places_).subspan(first_place);
+    const auto veiled =
+        std::count_if(places.begin(), places.end(), [](const AimedPlace& p) { return p.openness <= 0; });
+    local_.parts[part].is_mixed = veiled > 0 && veiled < std::ssize(places);
+    if (veiled > 0 && local_.parts[part].level == ShotPart::Level::patch)
+      for (std::size_t e = part + 1; e < local_.parts[part].end; ++e)
+        local_.aims[local_.parts[e].source.first_aims].place = places_over(local_.parts[e].source.flat);
     // A shot from a peer may have none.
     const FlatShooter& f = local_.parts[part].source.flat;
     const AimedPlace middle{Vec3{f.cx, f.cy, f.cz}, 1.f, 1.f, Rgbf{0.f}};

@@ -31,6 +31,8 @@ struct ShotPart {
   enum class Level : std::uint8_t { branch, patch, element };
   Level level = Level::branch;
   std::uint32_t end = 0;  ///< one past the last part that this one consists of; those follow it
+  /// Some of it is veiled (core/light/openness), and some is not: no ray to one of these tells of the other.
+  bool is_mixed = false;
   FlatSource source;
 };
 

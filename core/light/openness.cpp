@@ -13,10 +13,15 @@ namespace {
 // .0200 .0197 and .0185 .0184 .0184; openness 1 everywhere .0294 and .0187.
 constexpr float reach = 8;
 constexpr std::uint32_t ray_count = 8;
+// Veiled: so many of the rays meet a luminaire within half a patch that faces it, and does not stand beside it as walls do.
+constexpr int veiling_rays = 2;
+constexpr float near_share = 0.5f / reach, least_openness = 1e-4f;
+constexpr double facing = -0.26;  // cos of the angle between the normals
 
 }  // namespace
 
-void find_openness(ReceiverTree& tree, const RayScene& rays, double patch_size, const Parallel& parallel) {
+void find_openness(ReceiverTree& tree, const RayScene& rays, std::span<const Vec3> shining, double patch_size,
+                   const Parallel& parallel) {
   Vec3 directions[ray_count];
   for (std::uint32_t k = 0; k < ray_count; ++k) {
     directions[k] = cosine_direction(r2_point(k, Vec2{0.0}));
@@ -43,6 +48,7 @@ void find_openness(ReceiverTree& tree, const RayScene& rays, double patch_size, 
         packet.oz[lane] = r.z[lane] + lift * r.nz[lane];
       }
       float sum[16] = {};
+      int lamps[16] = {};  // rays that meet one's front nearby
       for (const Vec3& local : directions) {
         for (int lane = 0; lane < 16; ++lane) {
           const Vec3 d = local.x * tangent[lane] + local.y * bitangent[lane] + local.z * normal[lane];
@@ -51,12 +57,17 @@ void find_openness(ReceiverTree& tree, const RayScene& rays, double patch_size, 
           packet.dz[lane] = static_cast<float>(d.z);
         }
         rays.nearest16(packet, cluster.lanes, hits);
-        for (int lane = 0; lane < 16; ++lane)
-          sum[lane] += hits.surface[lane] == RayScene::no_surface ? 1.f : std::min(1.f, hits.distance[lane] / furthest);
+        for (int lane = 0; lane < 16; ++lane) {
+          const bool meets = hits.surface[lane] != RayScene::no_surface;
+          const float length = meets ? std::min(1.f, hits.distance[lane] / furthest) : 1.f;
+          sum[lane] += length;
+          if (meets && length < near_share && (hits.front_bits >> lane & 1))
+            lamps[lane] += glm::dot(shining[hits.surface[lane]], normal[lane]) < facing;
+        }
       }
       for (int lane = 0; lane < 16; ++lane) {
         const float mean = sum[lane] / static_cast<float>(ray_count);
-        cluster.openness[lane] = mean * mean;
+        cluster.openness[lane] = lamps[lane] >= veiling_rays ? 0.f : std::max(mean * mean, least_openness);
       }
     }
   });

@@ -5,6 +5,8 @@
 /// and number of shots: runs that end differently do so by what they have not shot, not by where they happened to look.
 #pragma once
 
+#include <span>
+
 #include "core/base/parallel.hpp"
 #include "core/light/raycast.hpp"
 #include "core/light/receiver_tree.hpp"
@@ -12,8 +14,12 @@
 namespace lichthof {
 
 /// Sets Cluster::openness: the square of the mean of min(1, free distance / 8 patches) over cosine-distributed rays.
+/// 0 where it is *veiled*: a luminaire that faces it shines on it from so near that it hides it from nearly all else. What is seen of
+/// the surfaces around tells nothing of such a spot, and no mean over both is seen from anywhere: it shoots for itself.
+/// @param shining  by surface of `rays`, its normal if its front emits, or 0
 /// @param patch_size  m
 /// @cost  8 rays an element, about 1.5 µs
-void find_openness(ReceiverTree& tree, const RayScene& rays, double patch_size, const Parallel& parallel);
+void find_openness(ReceiverTree& tree, const RayScene& rays, std::span<const Vec3> shining, double patch_size,
+                   const Parallel& parallel);
 
 }  // namespace lichthof

@@ -113,6 +113,7 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
     const Rgb emitted = light.exitance - light.emission_shot;
     const Rgb ahead = light.reflectance * expected;
     const bool is_refined = patch.fineness > 1;  // several elements share a place
+    std::uint32_t veiled = 0;                    // bit i: place i, as soon as one of its elements is
     Rgb sum_w{0.0}, received_w{0.0};
     for (std::uint32_t k = 0; k < patch.element_count; ++k) {
       const auto [cluster, lane] = where.lane_of(k);
@@ -131,11 +132,14 @@ void Radiosity::take(std::uint32_t local_group, Shot& shot) {
       const float weight = is_refined ? element.area : 1.f;
       out.delta[grid_place] += weight * delta;
       out.area[grid_place] += element.area;
-      out.openness[grid_place] += weight * tree_.clusters[cluster].openness[lane];
+      const float openness = tree_.clusters[cluster].openness[lane];
+      out.openness[grid_place] += weight * openness;
+      if (openness <= 0) veiled |= 1u << grid_place;
       sum_w += Rgb{delta} * static_cast<double>(element.area);
     }
     for (std::size_t k = 0; is_refined && k < out.area.size(); ++k)
       if (out.area[k] > 0) out.delta[k] /= out.area[k], out.openness[k] /= out.area[k];
+    for (; veiled != 0; veiled &= veiled - 1) out.openness[static_cast<std::size_t>(__builtin_ctz(veiled))] = 0;
     light.shot_w += sum_w;
     light.received_w = received_w;  // as the elements hold it
     light.emission_shot = light.exitance;

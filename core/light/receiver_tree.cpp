@@ -241,6 +241,7 @@ class Builder {
       }
       cluster.single_patch &= cluster.patch[lane] == cluster.patch[0];
     }
+    cluster.width = std::sqrt(*std::max_element(cluster.area, cluster.area + 16));
     const float* coordinate[3] = {r.x, r.y, r.z};
     for (int axis = 0; axis < 3; ++axis) {
       cluster.lo[axis] = *std::min_element(coordinate[axis], coordinate[axis] + 16);

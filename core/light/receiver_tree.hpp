@@ -18,7 +18,7 @@ namespace lichthof {
 struct Cluster {
   Receivers16 points;
   alignas(64) float area[16];     ///< m²; 0 in empty lanes
-  float openness[16] = {};        ///< in [0, 1], see core/light/openness
+  float openness[16] = {};        ///< in [0, 1], 0: veiled; see core/light/openness
   std::uint32_t element[16];      ///< index into Mesh::elements
   std::uint16_t patch[16];        ///< index of the lane's patch, counted from `first_patch`
   std::uint32_t lanes = 0;        ///< bit i: lane i holds a receiver
@@ -26,6 +26,7 @@ struct Cluster {
   bool single_patch = false;      ///< all lanes belong to one patch
   bool planar = false;            ///< all lanes lie in one plane
   float lo[3], hi[3];             ///< bounds of the points (m, local)
+  float width = 0;                ///< m; root of the largest area
 };
 
 /// One or more whole groups with their clusters: the unit that islands are made of.

@@ -6,6 +6,7 @@
 
 #include "core/base/check.hpp"
 #include "core/light/local_shot.hpp"
+#include "core/light/near_field.hpp"
 
 namespace lichthof {
 
@@ -57,6 +58,7 @@ struct ShotView {
       normal[axis] = static_cast<float>(frame.normal[axis]);
     }
     plane = centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2];
+    is_luminaire = glm::length(scene.mesh.patches[scene.mesh.groups[shot.group.value].first_patch].exitance) > 0;
     if (local.emits) emission = detail_of_luminaire(scene.mesh, shot.group);
     if (scene.options.method == TransferMethod::hemicube)
       items.emplace(shot, scene.outlines, incoming, scene.options.hemicube_resolution, parallel);
@@ -74,6 +76,7 @@ struct ShotView {
   LocalShot local;
   const HemicubeBitmap* incoming;
   ShotPart::Level emission = ShotPart::Level::element;  ///< no coarser than this
+  bool is_luminaire = false;                            ///< of the mesh, whether this shot emits or not
   std::optional<ShadowShooter> shadows;
   std::optional<ItemVisibility> items;  ///< method `hemicube`, instead of shadows
   float offset, plane = 0;
@@ -171,6 +174,7 @@ class IslandTask {
     ++work_.clusters_tested;
     if (view_.items) return receive_by_items(cluster, index);
     shadows_->enter_cluster(box_of(cluster));
+    outlined_ = 0;
     // The level of detail follows from the distance alone. It must never change from shot to shot: what a receiver got of single
     // elements earlier would not fit what it gets of their mean later.
     const auto all = static_cast<std::uint32_t>(shot_.parts.size());
@@ -179,7 +183,7 @@ class IslandTask {
       const ShotPart& part = shot_.parts[p];
       if (part.level != ShotPart::Level::element) shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
       const bool is_enough = suffices(part, cluster);
-      const bool reflects = p >= reflected_up_to && is_enough;
+      const bool reflects = p >= reflected_up_to && is_enough && !part.is_mixed;
       const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
       if (reflects) reflected_up_to = part.end;
       if (emits) emitted_up_to = part.end;
@@ -233,6 +237,11 @@ class IslandTask {
   /// Transfer from one polygon into one cluster.
   void add(const Cluster& cluster, std::uint32_t index, const ShotPart& part, Share share) {
     const FlatSource& source = part.source;
+    if (!view_.items) {
+      near_ = near_of(cluster, source);
+      if (near_ != 0) add_near(cluster, index, part, share);
+      if (near_ == cluster.lanes) return;
+    }
     const std::uint32_t sees = answers_.answer([&] { return cast(cluster, source); });
     if (sees == 0) return;
     if (answers_.are_read()) {
@@ -243,6 +252,72 @@ class IslandTask {
       work_.rays += lanes, work_.rays_saved += lanes, work_.rays_remembered += lanes;
     }
     settle({index, item_, &part, share, sees});
+  }
+
+  /// Lanes that see the part as outlines.
+  std::uint32_t near_of(const Cluster& cluster, const FlatSource& source) {
+    const std::uint32_t facing = near_lanes(cluster, source, turned_to_source);
+    if (!view_.is_luminaire) return facing;
+    std::uint32_t near = facing;
+    for (std::uint32_t left = near_lanes(cluster, source, turned_to_luminaire) & ~facing; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      near |= (is_at_gap(outline(cluster, lane).outline, source.flat) ? 1u : 0u) << lane;
+    }
+    return near;
+  }
+
+  /// Transfer into the receivers of a cluster that are near: what points all over the source see of each.
+  void add_near(const Cluster& cluster, std::uint32_t index, const ShotPart& part, Share share) {
+    const NearPoints points(part.source, gap_between(cluster, near_, part.source));
+    float factor[16] = {};
+    for (std::uint32_t k = 0; k < points.packet_count(); ++k) {
+      const Receivers16 places = points.packet(k);
+      for (std::uint32_t left = near_; left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        factor[lane] += sum_seen(places, outline(cluster, lane)) * points.share(cluster.area[lane]);
+      }
+    }
+    std::uint32_t sees = 0;
+    for (int lane = 0; lane < 16; ++lane) {
+      factors_.factor[lane] = factor[lane];
+      factors_.segments.tfar[lane] = 1.f;
+      sees |= (factor[lane] > 0.f ? 1u : 0u) << lane;
+    }
+    if (sees != 0 && view_.incoming) sees = apply_bitmap(cluster, sees);
+    asked_ = sees;
+    if (sees != 0) settle({index, item_, &part, share, sees});
+  }
+
+  /// Σ F(s -> R) over those of 16 points that see the receiver. These rays are not looked up: hulls hold no outlines of receivers.
+  float sum_seen(const Receivers16& points, const NearReceiver& receiver) {
+    work_.form_factors += 16;
+    const std::uint32_t asked =
+        kernels_.factor16(points, 0xffff, receiver.outline, receiver.aim, 0, view_.offset, factors_);
+    if (asked == 0) return 0.f;
+    const auto count = static_cast<std::uint64_t>(__builtin_popcount(asked));
+    work_.rays += count;
+    if (answers_.are_read()) work_.rays_saved += count, work_.rays_remembered += count;
+    const std::uint32_t sees = answers_.answer([&] {
+      scene_.rays.occluded16(factors_.segments, factors_.seen);
+      std::uint32_t blocked = 0;
+      for (int s = 0; s < 16; ++s) blocked |= (factors_.segments.tfar[s] < 0.f ? 1u : 0u) << s;
+      return asked & ~blocked;
+    });
+    float sum = 0;
+    for (int s = 0; s < 16; ++s) sum += sees >> s & 1 ? factors_.factor[s] : 0.f;
+    return sum;
+  }
+
+  /// Of a lane of the cluster under way.
+  const NearReceiver& outline(const Cluster& cluster, int lane) {
+    if ((outlined_ >> lane & 1) == 0) {
+      outlined_ |= 1u << lane;
+      outlines_.resize(16);
+      const PatchPlace& place = scene_.tree.patches[cluster.first_patch + cluster.patch[lane]];
+      outlines_[static_cast<std::size_t>(lane)] =
+          near_receiver(scene_.mesh, cluster.element[lane], place.mesh_patch, scene_.origin);
+    }
+    return outlines_[static_cast<std::size_t>(lane)];
   }
 
   /// A number that mostly differs between neighbours; where clusters are of one group, and not of several small ones, it is the same
@@ -257,7 +332,7 @@ class IslandTask {
   /// @returns lanes that the shooter's front is turned to
   std::uint32_t form_factors(const Cluster& cluster, const FlatSource& source) {
     work_.form_factors += 16;
-    return kernels_.factor16(cluster.points, cluster.lanes, source.flat,
+    return kernels_.factor16(cluster.points, cluster.lanes & ~near_, source.flat,
                              shot_.aims_of(source, number_of(cluster)).place, turn_of(cluster), view_.offset, factors_);
   }
 
@@ -411,7 +486,10 @@ class IslandTask {
   IslandAnswers answers_;
   Factors16 factors_;
   alignas(64) float visible_[16];  ///< what nearer cells leave of the source (1)
-  std::uint32_t asked_ = 0;  ///< lanes of factors_ whose shadow rays are asked
+  std::uint32_t asked_ = 0;             ///< lanes of factors_ whose shadow rays are asked
+  std::uint32_t near_ = 0;              ///< lanes that see the part as outlines
+  std::uint32_t outlined_ = 0;          ///< lanes of the cluster under way whose outlines are known
+  std::vector<NearReceiver> outlines_;  ///< 16, as soon as one is asked for
   TransferWork work_;
   std::uint32_t item_ = 0;                    ///< the one under way
   std::vector<std::uint32_t> touched_items_;  ///< items that something arrived at

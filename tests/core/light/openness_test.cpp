@@ -16,11 +16,12 @@ constexpr double patch_size = 0.5;
 
 /// A floor of 4 x 4 m, and a closed cabinet on its middle if asked for; all elements of the floor.
 struct Floor {
-  explicit Floor(double cabinet_height) {
+  /// @param shines  the cabinet does, inwards
+  explicit Floor(double cabinet_height, bool shines = false) {
     auto scene = std::make_shared<Scene>();
     const std::uint32_t grey = test::add_material(*scene, test::diffuse(0.5));
     test::add_rectangle(*scene, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}, grey);
-    if (cabinet_height > 0) test::add_box(*scene, {1, 1, 0}, {3, 3, cabinet_height}, grey, false);
+    if (cabinet_height > 0) test::add_box(*scene, {1, 1, 0}, {3, 3, cabinet_height}, grey, shines);
     const auto mesh = test::mesh_with(*scene, patch_size, false);
     const Vec3 origin = bounds(*scene).centre();
     const RayScene rays(*scene, scene->surfaces, origin, Glass::clear);
@@ -28,11 +29,15 @@ struct Floor {
     for (std::uint32_t g = 0; g < mesh->groups.size(); ++g) groups.push_back(GroupId{g});
     for (const unsigned threads : {1u, 2u}) {
       tree = receiver_tree(*mesh, groups, origin);
-      find_openness(tree, rays, patch_size, Parallel(threads));
+      std::vector<Vec3> shining(scene->surfaces.size(), Vec3{0.0});
+      for (std::size_t k = 1; shines && k < shining.size(); ++k) shining[k] = scene->surfaces[k].normal;
+      find_openness(tree, rays, shining, patch_size, Parallel(threads));
       std::vector<float> all;
       for (const Cluster& cluster : tree.clusters) all.insert(all.end(), cluster.openness, cluster.openness + 16);
-      if (threads == 1) openness = all;
-      else same_by_two = openness == all;
+      if (threads == 1)
+        openness = all;
+      else
+        same_by_two = openness == all;
     }
     for (const Cluster& cluster : tree.clusters)
       for (int lane = 0; lane < 16; ++lane) {
@@ -41,8 +46,10 @@ struct Floor {
         if (patch.surface.value != 0 || patch.back) continue;
         const Vec3 at = Vec3{cluster.points.x[lane], cluster.points.y[lane], cluster.points.z[lane]} + origin;
         const double edge = std::max(std::abs(at.x - 2), std::abs(at.y - 2));
-        if (edge < 0.9) under.push_back(cluster.openness[lane]);
-        else if (edge > 1.7) outside.push_back(cluster.openness[lane]);
+        if (edge < 0.9)
+          under.push_back(cluster.openness[lane]);
+        else if (edge > 1.7)
+          outside.push_back(cluster.openness[lane]);
       }
   }
   ReceiverTree tree;
@@ -63,6 +70,14 @@ TEST_SUITE("openness") {
     CHECK(*std::ranges::min_element(low.under) > 0.f);
     CHECK(*std::ranges::max_element(low.outside) > 0.9f);
     CHECK(*std::ranges::min_element(low.outside) > *std::ranges::max_element(high.under));
+  }
+
+  TEST_CASE("openness: none under a luminaire that shines on it from near, as ever beside it and far below one") {
+    const Floor low(0.1, true), high(1.0, true);
+    REQUIRE(low.under.size() > 100);
+    CHECK(*std::ranges::max_element(low.under) == 0.f);
+    CHECK(*std::ranges::min_element(low.outside) > 0.9f);
+    CHECK(*std::ranges::max_element(high.under) > 0.f);
   }
 
   TEST_CASE("openness: the number of threads changes no bit") { CHECK(Floor(0.5).same_by_two); }
