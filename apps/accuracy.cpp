@@ -32,6 +32,7 @@ ErrorKnobs knobs_by_hand(const Run& run, Reading reading, std::optional<std::uin
   if (reading == Reading::as_it_is || run.method() == Method::radiosity) knobs.direct_rays = 0;
   knobs.gather_rays = reading == Reading::at_sensors && knobs.direct_rays > 0 ? gather_rays.value_or(default_gather)
                                                                               : gather_rays.value_or(0);
+  knobs.counts_gather = gather_rays.has_value();
   return knobs;
 }
 
@@ -99,6 +100,7 @@ Expected<ErrorKnobs> reach(Run& run, const ErrorWish& wish, Reading reading, std
   const bool is_loaded = run.solution().has_value();
   const double wanted = wish.error.value_or(0);
   if (wish.error) {
+    knobs.counts_gather = true;
     knobs = first_knobs(wanted, knobs, limits);
     if (!is_loaded) run.choose(limits.turns_elements ? std::optional(knobs.elements) : std::nullopt, knobs.eps);
   }

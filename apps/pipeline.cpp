@@ -23,6 +23,9 @@ namespace lichthof::apps {
 
 namespace {
 
+/// Relative standard error at which a point has rays enough, where nothing else was asked for: at this many points. Few points can
+/// have more, many get by with less.
+constexpr double gather_error = 0.02, usual_points = 500, least_gather_error = 0.012, most_gather_error = 0.03;
 // Sensor points are written with 6 or 7 digits: this far from a surface counts as on it, in sizes of the scene.
 constexpr double on_surface = 1e-5;
 constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
@@ -84,6 +87,15 @@ double sampling_error(const std::vector<CheckPoint>& points, const std::vector<P
         all += points[i].weight * glm::dot(total, total);
   }
   return all > 0 ? std::sqrt(squares / all) : 0;
+}
+
+ProbeOptions probe_options(const ErrorKnobs& knobs, std::size_t points) {
+  ProbeOptions options = lichthof::probe_options(knobs.gather_rays, knobs.direct_rays);
+  if (knobs.counts_gather) return options;
+  options.gather_rays = GatherOptions{}.least;
+  const double share = std::pow(static_cast<double>(points) / usual_points, 0.25);
+  options.gather_error = std::clamp(share * gather_error, least_gather_error, most_gather_error);
+  return options;
 }
 
 /// What each actor of a pass has done, as `lichthof top` would show it of a lab.
@@ -346,9 +358,32 @@ Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted)
 std::vector<Rgb> Run::irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs) {
   const Stopwatch watch;
   const std::shared_ptr<const LitScene> scene = lit_scene();
-  const ProbeOptions options = probe_options(knobs.gather_rays, knobs.direct_rays);
+  const ProbeOptions options = probe_options(knobs, points.size());
   std::vector<Rgb> irradiance = sensor_irradiance(scene, points, options, *parallel_, record_.traced_rays);
   if (method_ == Method::radiosity) read_first_pass(*scene, points, irradiance);
+  record_.seconds.rays = watch.seconds();
+  return irradiance;
+}
+
+std::optional<std::vector<Rgb>> Run::irradiance_by_paths(std::span<const SensorPoint> points) {
+  if (solution_ || options_.method || !options_.first_pass.given().empty()) return std::nullopt;
+  const Stopwatch watch;
+  const std::shared_ptr<const LitScene> scene = lit_scene();
+  const std::optional<ProbeOptions> options = options_for_paths(scene, points, *parallel_, record_.traced_rays);
+  if (!options) {
+    spdlog::info("a first pass: paths from the points alone would cost more");
+    return std::nullopt;
+  }
+  spdlog::info("no first pass: paths from the points reach a relative error of {:.2g} for less",
+               *options->gather_error);
+  std::vector<Rgb> irradiance;
+  double squares = 0, all = 0;
+  for (const PointLight& light : sensor_light(scene, points, *options, *parallel_, record_.traced_rays)) {
+    irradiance.push_back(light.total());
+    squares += 3 * light.standard_error * light.standard_error, all += glm::dot(light.total(), light.total());
+  }
+  record_.method = "paths";
+  record_.more["error_estimate"] = all > 0 ? std::sqrt(squares / all) : 0.0;
   record_.seconds.rays = watch.seconds();
   return irradiance;
 }
@@ -359,7 +394,7 @@ Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wan
   const std::vector<CheckPoint> points = random_surface_points(*scene, count, seed);
   std::vector<SensorPoint> sensors;
   for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
-  const ProbeOptions reading = probe_options(knobs.gather_rays, knobs.direct_rays);
+  const ProbeOptions reading = probe_options(knobs, points.size());
   std::vector<PointLight> light = sensor_light(scene, sensors, reading, *parallel_, record_.traced_rays);
   if (knobs.direct_is_solved())
     for (std::size_t i = 0; i < points.size(); ++i) {

@@ -75,6 +75,9 @@ class Run {
 
   /// Irradiance (W/m²) at sensor points by the run's method.
   std::vector<Rgb> irradiance(std::span<const SensorPoint> points, const ErrorKnobs& knobs);
+  /// The same without a first pass, by paths from the points, where that costs less and is as exact.
+  /// @returns nothing: it does not, or an option asks for a first pass
+  std::optional<std::vector<Rgb>> irradiance_by_paths(std::span<const SensorPoint> points);
   /// The same by path tracing, with standard errors.
   std::vector<Estimate> reference_irradiance(std::span<const SensorPoint> points, std::uint32_t samples);
 

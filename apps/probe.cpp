@@ -69,17 +69,22 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
   const Expected<io::SensorPoints> points = io::read_points(options.points, run.frame());
   if (!points) return points.error();
 
+  const std::vector<SensorPoint> sensors = sensors_of(*points);
+  std::optional<std::vector<Rgb>> irradiance;
+  if (!options.accuracy.is_set() && !options.gather_rays && has_first_pass(run.method()))
+    irradiance = run.irradiance_by_paths(sensors);
   ErrorKnobs knobs;
-  if (has_first_pass(run.method())) {
-    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, Reading::at_sensors, options.gather_rays, interruption);
+  if (!irradiance && has_first_pass(run.method())) {
+    const Expected<ErrorKnobs> reached =
+        reach(run, options.accuracy, Reading::at_sensors, options.gather_rays, interruption);
     if (!reached) return reached.error();
     if (interruption.asked()) return Error{ErrorCode::interrupted, "", "interrupted"};
     knobs = *reached;
   }
-  const std::vector<Rgb> irradiance = measured(run, sensors_of(*points), options, knobs);
+  if (!irradiance) irradiance = measured(run, sensors, options, knobs);
   const Interruption::Deferral deferral;
-  const Status written = options.photometric ? io::write_illuminance(options.run.output, *points, irradiance)
-                                             : io::write_irradiance(options.run.output, *points, irradiance);
+  const Status written = options.photometric ? io::write_illuminance(options.run.output, *points, *irradiance)
+                                             : io::write_irradiance(options.run.output, *points, *irradiance);
   if (!written) return written;
   RunRecord& record = run.record();
   record.more["points"] = points->rows.size();
@@ -106,7 +111,8 @@ void add_probe(CLI::App& program, Command& chosen) {
   add_method_option(command, options->run.method, {"two-pass", "radiosity", "hemicube", "reference"});
   command
       .add_option("--gather", options->gather_rays,
-                  "rays of the final gather at each point; 0 interpolates the solution (default 192)")
+                  "rays of the final gather at each point; 0 interpolates the solution (default: as many as "
+                  "the light there takes)")
       ->check(number_within(0, 65536))
       ->option_text("N");
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")
@@ -119,6 +125,8 @@ void add_probe(CLI::App& program, Command& chosen) {
   add_output_options(command, options->run.talk);
   command.footer(
       "Light is counted on the side the normal points to. A point on a surface is not shadowed by it.\n"
+      "Where few points cost less by paths from them, no first pass is made, unless a method or an option of it is "
+      "given.\n"
       "Methods: two-pass computes direct light at the point and gathers the rest from the first pass; radiosity reads "
       "the first\n"
       "pass at the point; hemicube finds visibility by the item buffer; reference is a path tracer, whose standard "

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "bench/measure.hpp"
+#include "core/tracing/probe.hpp"
 
 namespace lichthof::bench {
 

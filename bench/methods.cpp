@@ -4,6 +4,7 @@
 #include "bench/measure.hpp"
 #include "bench/sections.hpp"
 #include "bench/truth.hpp"
+#include "core/tracing/probe.hpp"
 
 namespace lichthof::bench {
 

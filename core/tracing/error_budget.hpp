@@ -24,6 +24,7 @@ struct ErrorKnobs {
   std::uint32_t direct_rays = 512;  ///< to all luminaires together; 0: direct light is interpolated too
   double keep =
       1;  ///< below 1: elements are refined until this share of their deviations is left (core/light/refinement)
+  bool counts_gather = true;  ///< false: a point takes as many rays as its light needs
   bool direct_is_solved() const { return direct_rays == 0; }
   bool is_gathered() const { return gather_rays > 0; }
   bool operator==(const ErrorKnobs&) const = default;

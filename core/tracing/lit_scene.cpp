@@ -1,5 +1,7 @@
 #include "core/tracing/lit_scene.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "core/base/check.hpp"
@@ -19,13 +21,15 @@ LitScene::LitScene(const Solution& solution) : LitScene(solution.scene) {
 
   std::vector<Rgb> total(mesh.elements.size()), indirect(mesh.elements.size());
   reflected_.resize(mesh.elements.size());
-  Rgb sum{0.0};
+  Rgb sum{0.0}, reflected{0.0}, squares{0.0};
   double area = 0;
   for (const Patch& patch : mesh.patches)
     for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e) {
       total[e] = glm::max(solution.total(e), Rgb{0.0});
       indirect[e] = glm::max(solution.indirect(e), Rgb{0.0});
       reflected_[e] = Rgbf{patch.reflectance * total[e]};
+      const Rgb power = static_cast<double>(mesh.elements[e].area) * patch.reflectance * total[e];
+      reflected += power, squares += power * patch.reflectance * total[e];
       if (!mesh.group_is_lit[patch.group.value]) continue;
       sum += static_cast<double>(mesh.elements[e].area) * indirect[e];
       area += mesh.elements[e].area;
@@ -33,6 +37,7 @@ LitScene::LitScene(const Solution& solution) : LitScene(solution.scene) {
   total_ = std::make_unique<IrradianceField>(geometry_, total);
   indirect_ = std::make_unique<IrradianceField>(geometry_, indirect);
   if (area > 0) mean_indirect_ = sum / area;
+  for (int c = 0; c < 3; ++c) bright_radiosity_[c] = reflected[c] > 0 ? squares[c] / reflected[c] : 0.0;
 }
 
 Rgb LitScene::total_irradiance(const SurfacePoint& at) const {
@@ -45,6 +50,14 @@ Rgb LitScene::indirect_irradiance(const SurfacePoint& at) const {
 
 bool LitScene::has_elements(const SurfacePoint& at) const {
   return geometry_ && geometry_->element_at(SurfaceId{at.surface}, at.back, at.point).has_value();
+}
+
+double LitScene::element_size(const SurfacePoint& at) const {
+  if (!geometry_) return 0;
+  const auto element = geometry_->element_at(SurfaceId{at.surface}, at.back, at.point);
+  if (!element) return 0;
+  const Vec2 size = geometry_->size_of(*element);
+  return std::min(element_size_, std::sqrt(size.x * size.y));
 }
 
 Rgb LitScene::reflected_radiosity(const SurfacePoint& at, double distance) const {

@@ -35,7 +35,12 @@ class LitScene {
   /// where that does no harm, interpolated near contact lines and for close looks.
   Rgb reflected_radiosity(const SurfacePoint& at, double distance) const;
   bool has_elements(const SurfacePoint& at) const;
+  /// Of the element there (m), root of its area, but not above the usual one; 0 where there is none.
+  double element_size(const SurfacePoint& at) const;
   double element_size() const { return element_size_; }  ///< m; the mesh's usual one, 0 without a solution
+
+  /// How bright it is where most light is reflected: mean of the reflected radiosity, weighed by itself (W/m²); 0 without a solution.
+  Rgb bright_radiosity() const { return bright_radiosity_; }
 
   /// Area mean of the indirect irradiance (W/m²): the constant ambient term of plain ray tracing.
   Rgb mean_indirect() const { return mean_indirect_; }
@@ -49,7 +54,7 @@ class LitScene {
   std::unique_ptr<const IrradianceField> total_, indirect_;
   std::vector<Rgbf> reflected_;
   double element_size_ = 0;
-  Rgb mean_indirect_{0.0};
+  Rgb mean_indirect_{0.0}, bright_radiosity_{0.0};
 };
 
 /// The constant ambient irradiance (W/m²) of a scene without a solution: what a closed scene of the same surfaces would have

@@ -70,19 +70,20 @@ Rgb PathTracer::lit_directly(const Scatterer& scatterer, Random& random, std::ui
   return clear * here / (density + scatterer.density(direction)) * scatterer.value(direction) * sample.radiance;
 }
 
-Rgb PathTracer::traced(Vec3 from, Vec3 direction, Rgb throughput, double density, Random& random,
-                       std::uint64_t& rays) const {
+Rgb PathTracer::traced(Vec3 from, Vec3 direction, Rgb throughput, double density, Random& random, std::uint64_t& rays,
+                       const SurfacePoint* met) const {
   const TraceScene& trace = scene_->trace();
   Rgb sum{0.0};
   Vec3 scattered_at = from;  // where the density belongs to
   for (int bounce = 0; bounce < most_bounces; ++bounce) {
-    ++rays;
-    const auto at = trace.nearest(from, direction);
+    const bool is_met = met && bounce == 0;
+    if (!is_met) ++rays;
+    const std::optional<SurfacePoint> at = is_met ? *met : trace.nearest(from, direction);
     if (!at) return sum;
     const Surface& surface = trace.scene().surfaces[at->surface];
     const Material& material = trace.scene().material_of(surface);
     const double cosine = -glm::dot(direction, at->normal);
-    if (!at->back && material.emits()) {
+    if (!at->back && material.emits() && !is_met) {
       double weight = 1.0;
       if (density != certain) {
         const Vec3 way = at->point - scattered_at;
@@ -149,6 +150,10 @@ Rgb PathTracer::traced(Vec3 from, Vec3 direction, Rgb throughput, double density
 
 Rgb PathTracer::radiance(const Vec3& from, const Vec3& direction, Random& random, std::uint64_t& rays) const {
   return traced(from, direction, Rgb{1.0}, certain, random, rays);
+}
+
+Rgb PathTracer::reflected(const SurfacePoint& at, const Vec3& direction, Random& random, std::uint64_t& rays) const {
+  return traced(at.point, direction, Rgb{1.0}, certain, random, rays, &at);
 }
 
 Estimate PathTracer::pixel(const PinholeCamera& camera, std::uint32_t column, std::uint32_t row, std::uint32_t samples,

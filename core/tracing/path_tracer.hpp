@@ -15,7 +15,7 @@
 #include "core/tracing/camera.hpp"
 #include "core/tracing/column_source.hpp"
 #include "core/tracing/lit_scene.hpp"
-#include "core/tracing/probe.hpp"
+#include "core/tracing/sensor_point.hpp"
 
 namespace lichthof {
 
@@ -38,6 +38,9 @@ class PathTracer {
   /// One path: radiance along a ray, without bias.
   Rgb radiance(const Vec3& from, const Vec3& direction, Random& random, std::uint64_t& rays) const;
 
+  /// What a surface scatters back along a ray that has met it: radiance without its own emission, by one path, without bias.
+  Rgb reflected(const SurfacePoint& at, const Vec3& direction, Random& random, std::uint64_t& rays) const;
+
  private:
   /// A point that scatters other than by mirrors and glass, and how: cosine lobe and Phong lobe.
   struct Scatterer {
@@ -50,7 +53,9 @@ class PathTracer {
     double density(const Vec3& direction) const;  ///< of the drawn directions (1/sr)
   };
   Rgb lit_directly(const Scatterer& scatterer, Random& random, std::uint64_t& rays) const;
-  Rgb traced(Vec3 from, Vec3 direction, Rgb throughput, double density, Random& random, std::uint64_t& rays) const;
+  /// @param met  what the ray meets first, where that is known; its emission does not count
+  Rgb traced(Vec3 from, Vec3 direction, Rgb throughput, double density, Random& random, std::uint64_t& rays,
+             const SurfacePoint* met = nullptr) const;
 
   std::shared_ptr<const LitScene> scene_;
 };

@@ -57,7 +57,10 @@ void TraceScene::find_solids() {
   for (const auto& [edge, faces] : faces_of_edge)
     if (faces.size() != 2) open[find(faces.front())] = 1;
   solid_.assign(scene_->surfaces.size(), 0);
-  for (const std::uint32_t s : glass_surfaces_) solid_[s] = !open[find(s)];
+  for (const std::uint32_t s : glass_surfaces_) {
+    solid_[s] = !open[find(s)];
+    has_solids_ = has_solids_ || solid_[s] != 0;
+  }
 }
 
 double TraceScene::refractive_index(const SurfacePoint& at) const {

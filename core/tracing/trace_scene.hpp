@@ -37,6 +37,7 @@ class TraceScene {
   /// Rays that glass does not stop.
   const RayScene& clear_rays() const { return clear_ ? *clear_ : rays_; }
   bool has_glass() const { return clear_ != nullptr; }
+  bool has_solids() const { return has_solids_; }  ///< some glass bends rays: see is_solid_glass()
   double size() const { return size_; }  ///< diagonal of the bounding box (m)
 
   /// Distance by which ends of rays are lifted off surfaces (m).
@@ -78,6 +79,7 @@ class TraceScene {
   std::unique_ptr<RayScene> glass_only_;
   std::vector<std::uint32_t> glass_surfaces_;  ///< surface behind each index of glass_only_
   std::vector<std::uint8_t> solid_;
+  bool has_solids_ = false;
 };
 
 }  // namespace lichthof

@@ -150,3 +150,30 @@ TEST_CASE("direct_light: points drawn on luminaires have the density that is sta
   CHECK(mean.x / second == doctest::Approx(5 + 1 / 3.0).epsilon(0.005));
   CHECK(direct.density(0) * 2 + direct.density(1) * 0.5 == doctest::Approx(1));
 }
+
+TEST_CASE("direct_light: one shadow ray tells the light of many luminaires without bias, near and far") {
+  auto scene = std::make_shared<Scene>();
+  const std::uint32_t lamp = add_material(*scene, luminous(100)), grey = add_material(*scene, diffuse(0));
+  for (const double x : {-4.0, -1.0, 0.5, 3.0}) add_rectangle(*scene, {x, 0.2, 2}, {0.6, 0, 0}, {0, -0.4, 0}, lamp);
+  add_rectangle(*scene, {-0.1, -0.1, 0.3}, {0.2, 0, 0}, {0, -0.2, 0}, lamp);
+  add_rectangle(*scene, {-2, -2, 1}, {1.5, 0, 0}, {0, 4, 0}, grey);  // hides some
+  const DirectLight direct(std::make_shared<TraceScene>(scene));
+  const double right = light(direct, {0, 0, 0}, {0, 0, 1}, 4096);
+  Random random(5);
+  std::uint64_t rays = 0;
+  double sum = 0;
+  constexpr int count = 1 << 16;
+  for (int i = 0; i < count; ++i) sum += direct.one_ray_irradiance({0, 0, 0}, {0, 0, 1}, random, rays).x;
+  CHECK(sum / count == doctest::Approx(right).epsilon(0.01));
+}
+
+TEST_CASE("direct_light: what nothing hides is exact in a view, and shared with nobody") {
+  const PanelRoom room;
+  const DirectLight direct(std::make_shared<TraceScene>(room.scene));
+  std::uint64_t rays = 0;
+  const DirectView view = direct.view({2, 1.75, 0}, {0, 0, 1}, {}, rays);
+  CHECK(view.light.x == doctest::Approx(105.78).epsilon(1e-4));
+  CHECK(view.variance == 0);
+  CHECK(view.samples.empty());
+  CHECK(!view.density(static_cast<std::uint32_t>(room.scene->surfaces.size() - 1)));
+}

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/tracing/path_tracer.hpp"
+#include "core/tracing/probe.hpp"
 #include "tests/support/one_cell.hpp"
 #include "tests/support/rooms.hpp"
 

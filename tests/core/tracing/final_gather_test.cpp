@@ -4,6 +4,7 @@
 
 #include <numbers>
 
+#include "core/light/form_factor.hpp"
 #include "core/tracing/path_tracer.hpp"
 #include "tests/support/rooms.hpp"
 
@@ -89,4 +90,84 @@ TEST_CASE("final_gather: a pane hides the luminaire behind it, since shadow rays
   const FinalGather gather(lit, 256);
   std::uint64_t rays = 0;
   CHECK(gather.irradiance({0, 0, 0}, {0, 0, 1}, 3, rays).x == 0.0);
+}
+
+namespace {
+
+/// Relative deviations of the light at the origin, seen upwards, from what is right, for many seeds.
+struct Deviations {
+  double mean = 0, rms = 0, said = 0;  ///< said: RMS of the standard errors
+  Deviations(const std::shared_ptr<const LitScene>& lit, double right, int seeds = 64) {
+    const FinalGather gather(lit, GatherOptions{});
+    std::uint64_t rays = 0;
+    for (int seed = 0; seed < seeds; ++seed) {
+      DirectOptions options;
+      options.seed = static_cast<std::uint64_t>(seed);
+      const DirectView view = lit->direct().view({0, 0, 0}, {0, 0, 1}, options, rays);
+      const GatheredLight light = gather.light({0, 0, 0}, {0, 0, 1}, view, static_cast<std::uint64_t>(seed), rays);
+      const double error = sum_channels(view.light + light.direct + light.indirect) / (3 * right) - 1;
+      mean += error / seeds, rms += error * error / seeds;
+      said += (view.variance + light.variance) / (9 * right * right * seeds);
+    }
+    rms = std::sqrt(rms), said = std::sqrt(said);
+  }
+};
+
+/// A bright rectangle in a black room, as the solution has it.
+Deviations bright_thing(const Vec3& corner, const Vec3& u, const Vec3& v) {
+  auto scene = std::make_shared<Scene>();
+  add_box(*scene, {-3, -3, -0.5}, {3, 3, 3}, add_material(*scene, diffuse(0)), true);
+  add_rectangle(*scene, corner, u, v, add_material(*scene, diffuse(0.8)));
+  const Polygon corners = scene->surfaces.back().corners;
+  const auto lit = std::make_shared<LitScene>(uniform_solution(scene, 0.5, 1000, 0));
+  return Deviations(lit, 800 * form_factor({0, 0, 0}, {0, 0, 1}, corners));
+}
+
+}  // namespace
+
+TEST_CASE("final_gather: a slit of 2 cm and a spot of 20 cm are found, and neither too often nor too seldom") {
+  const Deviations slit = bright_thing({1.5, -1, 0.2}, {0, 0, 2}, {0, 0.02, 0});
+  const Deviations lying = bright_thing({-1, 0.7, 2.4}, {0, 0.02, 0}, {2, 0.3, 0});
+  const Deviations spot = bright_thing({0.6, -0.4, 2.4}, {0, 0.2, 0}, {0.2, 0, 0});
+  for (const Deviations& one : {slit, lying, spot}) {
+    CAPTURE(one.rms);
+    CAPTURE(one.said);
+    CHECK(one.rms < 0.25);  // 128 cosine-distributed rays: 2
+    CHECK(std::abs(one.mean) < 3 * one.rms / 8);  // 64 seeds
+    CHECK(one.rms < 1.5 * one.said);
+  }
+}
+
+TEST_CASE("final_gather: a sky behind a window counts by what is seen of it") {
+  // Sky of 4 km, 50 m above a roof with a hole of 1 m²: light as from the hole.
+  for (const double distance : {2.5, 50.0}) {
+    auto scene = std::make_shared<Scene>();
+    const std::uint32_t black = add_material(*scene, diffuse(0)), sky = add_material(*scene, luminous(5));
+    const auto roof = [&](double x, double y, double width, double depth) {
+      add_rectangle(*scene, {x, y, 2}, {0, depth, 0}, {width, 0, 0}, black);
+    };
+    roof(-2000, -2000, 2000.3, 4000), roof(1.3, -2000, 1998.7, 4000);
+    roof(0.3, -2000, 1, 1999.5), roof(0.3, 0.5, 1, 1999.5);
+    add_rectangle(*scene, {-2000, 2000, distance}, {4000, 0, 0}, {0, -4000, 0}, sky);
+    const Polygon hole{{0.3, 0.5, 2}, {1.3, 0.5, 2}, {1.3, -0.5, 2}, {0.3, -0.5, 2}};
+    const double right = 5 * std::numbers::pi * form_factor({0, 0, 0}, {0, 0, 1}, hole);
+    const Deviations through(std::make_shared<LitScene>(uniform_solution(scene, 100, 0, 0)), right);
+    CAPTURE(through.rms);
+    CAPTURE(through.said);
+    CHECK(through.rms < 0.04);
+    CHECK(std::abs(through.mean) < 3 * through.rms / 8);
+    CHECK(through.rms < 1.5 * through.said);
+  }
+}
+
+TEST_CASE("final_gather: without a solution paths tell what surfaces reflect") {
+  const PanelRoom room(0.5);
+  const auto lit = std::make_shared<LitScene>(room.scene);
+  std::uint64_t rays = 0;
+  const Vec3 point{1, 1, 0.8}, up{0, 0, 1};
+  const Estimate right = PathTracer(lit).irradiance({point, up}, 1 << 17, 1, rays);
+  const DirectView view = lit->direct().view(point, up, {}, rays);
+  const GatheredLight light = FinalGather(lit, 1 << 15).light(point, up, view, 1, rays);
+  CHECK(sum_channels(view.light + light.direct + light.indirect) / sum_channels(right.mean) ==
+        doctest::Approx(1).epsilon(0.01));
 }
