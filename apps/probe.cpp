@@ -69,23 +69,32 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
   const Expected<io::SensorPoints> points = io::read_points(options.points, run.frame());
   if (!points) return points.error();
 
+  const std::vector<SensorPoint> sensors = sensors_of(*points);
   ErrorKnobs knobs;
   if (has_first_pass(run.method())) {
-    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, Reading::at_sensors, options.gather_rays, interruption);
+    const Question question{Reading::at_sensors,
+                            [&sensors](const LitScene& scene, std::uint32_t most, std::uint64_t seed) {
+                              return sensor_check_points(scene, sensors, most, seed);
+                            },
+                            options.gather_rays};
+    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, question, interruption);
     if (!reached) return reached.error();
     if (interruption.asked()) return Error{ErrorCode::interrupted, "", "interrupted"};
     knobs = *reached;
   }
-  const std::vector<Rgb> irradiance = measured(run, sensors_of(*points), options, knobs);
+  const std::vector<Rgb> irradiance = measured(run, sensors, options, knobs);
   const Interruption::Deferral deferral;
   const Status written = options.photometric ? io::write_illuminance(options.run.output, *points, irradiance)
                                              : io::write_irradiance(options.run.output, *points, irradiance);
   if (!written) return written;
   RunRecord& record = run.record();
   record.more["points"] = points->rows.size();
-  return print(options.run.talk, json(record),
+  if (Status printed = print(options.run.talk, json(record),
                summary(record, options.run.output + ": " + (options.photometric ? "lux" : "W/m²") + " at " +
                                    grouped(points->rows.size()) + " points, " + record.method));
+      !printed)
+    return printed;
+  return strictly(options.accuracy, run);
 }
 
 }  // namespace
@@ -112,7 +121,7 @@ void add_probe(CLI::App& program, Command& chosen) {
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")
       ->check(number_within(2, 1e9))
       ->option_text("N");
-  add_error_options(command, options->accuracy);
+  add_error_options(command, options->accuracy, "the irradiance over the points");
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

@@ -34,7 +34,7 @@ struct ErrorLimits {
   bool turns_elements = true, turns_eps = true, turns_gather = true, turns_direct = true;
   bool begins_interpolated =
       false;  ///< a gather costs more than a finer mesh: it comes when the first round asks for it
-  std::uint32_t most_elements = 4000000;
+  std::uint32_t most_elements = 1000000;
   static constexpr std::uint32_t most_gather_rays = 16384, most_direct_rays = 16384;
   static constexpr double least_eps = 1e-9;
 };
