@@ -13,7 +13,9 @@ namespace {
 constexpr std::uint32_t default_gather = 192, default_elements = 12000;
 /// All points of most lists, and as many of longer ones; over surfaces that all count alike, as many tell 2 % from 3 %.
 constexpr std::uint32_t check_points = 256;
-constexpr int most_rounds = 6;
+constexpr int most_rounds = 5;
+/// Elements where a search ends, at an error of .05; in inverse proportion to smaller ones.
+constexpr double most_elements_at_5_percent = 1e5;
 /// A round ends the search when all that 95 % confidence leaves is below what is wanted; or when the estimate is below this share
 /// of it, and the check can do no better.
 constexpr double safe_share = 0.75;
@@ -85,6 +87,8 @@ class Search {
         is_solved_(run.solution().has_value()), knobs_(knobs_by_hand(run, question)),
         limits_(limits_of(run, knobs_, question)) {
     if (!wish.error) return;
+    limits_.most_elements = static_cast<std::uint32_t>(std::clamp(
+        most_elements_at_5_percent * 0.05 / wanted_, 24000.0, static_cast<double>(limits_.most_elements)));
     knobs_ = first_knobs(wanted_, knobs_, limits_);
     if (!is_solved_) run.choose(limits_.turns_elements ? std::optional(knobs_.elements) : std::nullopt, knobs_.eps);
   }
@@ -103,7 +107,7 @@ class Search {
     const Stopwatch watch;
     const Run::Checked checked = look(static_cast<std::uint64_t>(round));
     estimate_ = checked.estimate;
-    parts_ = parts_of(estimate_, checked.unshot, checked.sampling);
+    parts_ = parts_of(estimate_, checked.unshot, checked.noise);
     rounds_.push_back(
         round_json(knobs_, run_.solution()->mesh->elements.size(), estimate_, parts_, watch.seconds()));
     spdlog::info("round {}: {}{}", round, in_words(estimate_, parts_),

@@ -73,16 +73,20 @@ double unshot_share(const Solution& solution) {
   return all > 0 ? unshot / all : 0;
 }
 
-/// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
-double sampling_error(const CheckPoints& places, const std::vector<PointLight>& one,
-                      const std::vector<PointLight>& other) {
-  double squares = 0, all = 0;
+/// Relative RMS noise of a reading, as another one shows it whose gather has other rays, and whose direct light is the mean of
+/// the same rays and as many others.
+ReadingNoise reading_noise(const CheckPoints& places, const std::vector<PointLight>& one,
+                           const std::vector<PointLight>& other, bool is_gathered) {
+  double direct = 0, indirect = 0, all = 0;
   for (std::size_t i = 0; i < one.size(); ++i) {
     const CheckPoint& point = places.points[i];
-    const Rgb difference = point.share * (one[i].indirect - other[i].indirect), total = point.share * one[i].total();
-    squares += 0.5 * point.weight * glm::dot(difference, difference), all += point.weight * glm::dot(total, total);
+    const Rgb d = point.share * (one[i].direct - other[i].direct), r = point.share * (one[i].indirect - other[i].indirect),
+              total = point.share * one[i].total();
+    direct += 2 * point.weight * glm::dot(d, d), indirect += 0.5 * point.weight * glm::dot(r, r);
+    all += point.weight * glm::dot(total, total);
   }
-  return all > 0 ? std::sqrt(squares / all) : 0;
+  if (!(all > 0)) return {};
+  return {std::sqrt(direct / all), is_gathered ? std::optional(std::sqrt(indirect / all)) : std::nullopt};
 }
 
 /// What each actor of a pass has done, as `lichthof top` would show it of a lab.
@@ -359,11 +363,11 @@ Run::Checked Run::check(const LitScenePtr& scene, const CheckPoints& places, con
       light[i].direct = scene->total_irradiance(at) - light[i].indirect;
     }
   Checked checked{check_error(scene, places, light, effort, *parallel_), unshot_share(*solution_), {}};
-  if (knobs.is_gathered()) {
+  if (!knobs.direct_is_solved()) {
     ProbeOptions again = reading;
-    again.seed = mix64(effort.seed), again.direct.rays = 1, again.direct_rounds = 1;
-    checked.sampling =
-        sampling_error(places, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
+    again.seed = mix64(effort.seed), again.direct_rounds *= 2;
+    checked.noise =
+        reading_noise(places, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays), knobs.is_gathered());
   }
   record_.traced_rays += checked.estimate.rays;
   record_.seconds.check += watch.seconds();

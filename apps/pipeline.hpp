@@ -61,8 +61,8 @@ class Run {
   /// How far the light is from the truth at these points, read with these knobs.
   struct Checked {
     ErrorEstimate estimate;
-    double unshot = 0;               ///< see parts_of()
-    std::optional<double> sampling;  ///< see parts_of()
+    double unshot = 0;  ///< see parts_of()
+    ReadingNoise noise;
   };
   Checked check(const LitScenePtr& scene, const CheckPoints& places, const ErrorKnobs& knobs,
                 const ErrorCheckOptions& effort);

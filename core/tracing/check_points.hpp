@@ -26,8 +26,8 @@ enum class ErrorNorm : std::uint8_t {
 struct CheckPoints {
   std::vector<CheckPoint> points;
   ErrorNorm norm = ErrorNorm::of_all;
-  bool is_all = false;  ///< not a sample: nothing else was asked for
-  double white = 1e300; ///< values above count as this one
+  bool is_all = false;   ///< not a sample: nothing else was asked for
+  double white = 1e300;  ///< values above count as this one
 };
 
 /// The sensor points themselves: all, or a random subset, one of each run of neighbours in the list.

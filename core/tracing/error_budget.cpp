@@ -16,7 +16,7 @@ constexpr double fair_share = 0.25;
 /// Convergence gets less: halving eps costs an eighth more, and half the error of elements twice the time and more.
 constexpr double fair_share_of_unshot = 0.1;
 /// At most this much further in one turn: the laws hold near by.
-constexpr double longest_turn = 8;
+constexpr double longest_turn = 4;
 constexpr double trust_in_pending = 0.5;
 /// Powers by which the parts fall with their knobs: stratified rays; elements that are seen by a gather; elements that are read.
 constexpr double ray_law = 0.7, seen_from_afar_law = 0.7, mesh_law = 0.5;
@@ -48,18 +48,17 @@ ErrorPart ErrorParts::dominant() const {
   return static_cast<ErrorPart>(std::max_element(all.begin(), all.end()) - all.begin());
 }
 
-ErrorParts parts_of(const ErrorEstimate& estimate, double unshot, std::optional<double> sampling) {
+ErrorParts parts_of(const ErrorEstimate& estimate, double unshot, const ReadingNoise& noise) {
   const auto rest = [](double whole, double part) { return std::sqrt(std::max(0.0, whole * whole - part * part)); };
   ErrorParts parts;
-  parts.visibility = estimate.visibility;
-  parts.reconstruction = std::min(sampling.value_or(rest(estimate.indirect, estimate.solution)), estimate.indirect);
-  const double solution = rest(estimate.indirect, parts.reconstruction);
+  parts.visibility = noise.direct.value_or(estimate.visibility);
+  parts.reconstruction = noise.indirect.value_or(rest(estimate.indirect, estimate.solution));
+  // Where paths tell, the walks' parts are mostly noise: what noise of reading leaves is an error of the solution.
+  const double indirect = estimate.by_paths ? rest(estimate.likely, parts.visibility) : estimate.indirect;
+  parts.reconstruction = std::min(parts.reconstruction, indirect);
+  const double solution = rest(indirect, parts.reconstruction);
   parts.convergence = std::min(trust_in_pending * unshot, solution);
   parts.discretisation = rest(solution, parts.convergence);
-  // What only paths have found is an error of the solution: nothing that reads it can have told.
-  if (estimate.by_paths)
-    parts.discretisation = std::hypot(
-        parts.discretisation, rest(estimate.error, std::hypot(estimate.visibility, estimate.indirect)));
   return parts;
 }
 

@@ -15,11 +15,12 @@ namespace lichthof {
 namespace {
 
 constexpr std::uint32_t rays_of_a_landing = 16;
-constexpr std::size_t points_per_task = 4;
-constexpr std::uint32_t most_batches = 1024;    // of a point
-constexpr std::uint32_t least_batches = 192;    // of all points: of fewer the noise is not known
-constexpr std::uint32_t least_paths = 64;       // of a point
-constexpr double least_of_mean = 0.01;          // darker places count as this share of the mean: the norm of each
+constexpr std::size_t points_per_task = 4, luminaires_a_ray = 4;  // that cost as much to consider
+constexpr std::uint32_t most_batches = 1024;                      // of a point
+constexpr std::uint32_t least_batches = 192;                      // of all points: of fewer the noise is not known
+constexpr std::uint32_t least_paths = 64;                         // of a point
+constexpr std::uint32_t paths_a_batch = 64;                       // for the end of all patience
+constexpr double least_of_mean = 0.01;  // darker places count as this share of the mean: the norm of each
 constexpr double least_of_high = 1 / 1.5;
 constexpr double far_away = 1e300;  // the solution is read element by element, so that the residual has no other part
 
@@ -53,6 +54,7 @@ class ResidualWalks {
  private:
   Rgb direct(const SurfacePoint& point, DirectOptions options, Random& random, std::uint64_t& rays) const {
     options.seed = (std::uint64_t{random.bits()} << 32) | random.bits();
+    rays += scene_.direct().luminaire_count() / luminaires_a_ray;
     return scene_.direct().irradiance(point.point, point.normal, options, rays);
   }
 
@@ -216,8 +218,97 @@ Interval interval(std::span<const Deviation> deviations, bool is_all) {
 
 double root(double square) { return std::sqrt(std::max(square, 0.0)); }
 
-ErrorEstimate estimate(const CheckPoints& places, std::span<const Sums> sums, std::span<const PointLight> given,
-                       std::uint32_t batches) {
+Interval interval_of(const CheckPoints& places, std::span<const Found> truth, std::span<const PointLight> given) {
+  std::vector<Deviation> deviations(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    deviations[i] = deviation(places.points[i], given[i].total(), truth[i], places.white);
+  weigh(deviations, places);
+  return interval(deviations, places.is_all);
+}
+
+/// Paths that never read the solution, and what they say so far.
+class PathWitness {
+ public:
+  PathWitness(const std::shared_ptr<const LitScene>& scene, const CheckPoints& places, std::uint64_t seed)
+      : tracer_(scene), places_(places), seed_(seed), sums_(places.points.size()) {}
+
+  void look_longer(std::uint32_t paths, const Parallel& parallel) {
+    std::vector<std::uint64_t> rays(sums_.size(), 0);
+    parallel.for_each(sums_.size(), [&](std::size_t i) {
+      const SurfacePoint& at = places_.points[i].at;
+      const std::uint64_t seed = mix64(mix64(seed_ + i) + count_);
+      const Estimate found = tracer_.irradiance({at.point, at.normal}, paths, seed, rays[i]);
+      const Rgb deviation = found.standard_error * std::sqrt(paths - 1.0);
+      sums_[i].sum += static_cast<double>(paths) * found.mean;
+      sums_[i].squares += static_cast<double>(paths) * (deviation * deviation + found.mean * found.mean);
+    });
+    for (const std::uint64_t of_point : rays) rays_ += of_point;
+    count_ += paths;
+  }
+
+  Interval interval(std::span<const PointLight> given) const {
+    std::vector<Found> truth;
+    for (const Sum& sum : sums_) truth.push_back(found(sum.sum, sum.squares, count_));
+    return interval_of(places_, truth, given);
+  }
+  std::uint32_t count() const { return count_; }  ///< of each point
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  struct Sum {
+    Rgb sum{0.0}, squares{0.0};
+  };
+  PathTracer tracer_;
+  const CheckPoints& places_;
+  std::uint64_t seed_, rays_ = 0;
+  std::uint32_t count_ = 0;
+  std::vector<Sum> sums_;
+};
+
+/// Residual walks, and what they say so far.
+class WalkWitness {
+ public:
+  WalkWitness(const LitScene& scene, const CheckPoints& places, const ErrorCheckOptions& options)
+      : walks_(scene, options), places_(places), seed_(options.seed), sums_(places.points.size()) {}
+
+  void look_longer(std::uint32_t batches, const Parallel& parallel) {
+    const std::size_t count = sums_.size(), tasks = (count + points_per_task - 1) / points_per_task;
+    std::vector<std::uint64_t> rays(tasks, 0);
+    parallel.for_each(tasks, [&](std::size_t task) {
+      const std::size_t last = std::min(count, (task + 1) * points_per_task);
+      for (std::size_t i = task * points_per_task; i < last; ++i)
+        for (std::uint32_t batch = batches_; batch < batches_ + batches; ++batch) {
+          Random random(mix64(mix64(seed_ + i) + batch), 19);
+          sums_[i].add(walks_.at(places_.points[i].at, random, rays[task]));
+        }
+    });
+    for (const std::uint64_t of_task : rays) rays_ += of_task;
+    batches_ += batches;
+  }
+
+  Interval interval(std::span<const PointLight> given) const {
+    std::vector<Found> truth;
+    for (const Sums& sums : sums_) {
+      const Truth& t = sums.first;
+      truth.push_back(found(t.direct + t.read + t.correction, sums.total_squares, batches_));
+    }
+    return interval_of(places_, truth, given);
+  }
+  std::span<const Sums> sums() const { return sums_; }
+  std::uint32_t count() const { return batches_; }  ///< of each point
+  std::uint64_t rays() const { return rays_; }
+
+ private:
+  ResidualWalks walks_;
+  const CheckPoints& places_;
+  std::uint64_t seed_, rays_ = 0;
+  std::uint32_t batches_ = 0;
+  std::vector<Sums> sums_;
+};
+
+/// What the walks know of the parts of the error, and its sign.
+ErrorEstimate parts(const CheckPoints& places, std::span<const Sums> sums, std::span<const PointLight> given,
+                    std::uint32_t batches) {
   const double n = batches;
   std::vector<Deviation> deviations(sums.size());
   double said = 0, exact = 0;
@@ -232,46 +323,30 @@ ErrorEstimate estimate(const CheckPoints& places, std::span<const Sums> sums, st
   weigh(deviations, places);
   double visibility = 0, indirect = 0, solution = 0;
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const auto part = [&](const Rgb& sum, const Rgb& squares, const Rgb& of) {
+    const auto of_part = [&](const Rgb& sum, const Rgb& squares, const Rgb& of) {
       const Deviation d = deviation(places.points[i], of, found(sum, squares, n), 1e300);
       return deviations[i].factor * (d.square - d.noise);
     };
     const Truth& t = sums[i].first;
-    visibility += part(t.direct, sums[i].direct_squares, given[i].direct);
-    indirect += part(t.read + t.correction, sums[i].indirect_squares, given[i].indirect);
-    solution += part(t.correction, sums[i].correction_squares, Rgb{0.0});
+    visibility += of_part(t.direct, sums[i].direct_squares, given[i].direct);
+    indirect += of_part(t.read + t.correction, sums[i].indirect_squares, given[i].indirect);
+    solution += of_part(t.correction, sums[i].correction_squares, Rgb{0.0});
   }
-  const Interval range = interval(deviations, places.is_all);
+  const double whole = interval(deviations, places.is_all).whole;
   ErrorEstimate result;
   result.points = static_cast<std::uint32_t>(sums.size()), result.batches = batches;
-  if (!(range.whole > 0)) return result;
-  result.low = root(range.low), result.high = root(range.high), result.noise = root(range.noise);
-  result.error = root(range.square);
+  if (!(whole > 0)) return result;
   result.bias = exact > 0 ? said / exact - 1 : 0;
-  result.visibility = root(visibility / range.whole), result.indirect = root(indirect / range.whole);
-  result.solution = root(solution / range.whole);
+  result.visibility = root(visibility / whole), result.indirect = root(indirect / whole);
+  result.solution = root(solution / whole);
   return result;
 }
 
-/// What paths say that never read the solution.
-Interval by_paths(const std::shared_ptr<const LitScene>& scene, const CheckPoints& places,
-                  std::span<const PointLight> given, const ErrorCheckOptions& options, const Parallel& parallel,
-                  std::uint64_t& rays) {
-  const PathTracer tracer(scene);
-  const auto count = static_cast<std::uint32_t>(
-      std::clamp<std::size_t>(options.paths / places.points.size(), least_paths, options.paths));
-  std::vector<Deviation> deviations(places.points.size());
-  std::vector<std::uint64_t> rays_of_point(places.points.size(), 0);
-  parallel.for_each(places.points.size(), [&](std::size_t i) {
-    const SurfacePoint& at = places.points[i].at;
-    const Estimate paths =
-        tracer.irradiance({at.point, at.normal}, count, mix64(options.seed ^ (i << 20)), rays_of_point[i]);
-    const Found all{paths.mean, paths.standard_error * paths.standard_error};
-    deviations[i] = deviation(places.points[i], given[i].total(), all, places.white);
-  });
-  for (const std::uint64_t more : rays_of_point) rays += more;
-  weigh(deviations, places);
-  return interval(deviations, places.is_all);
+/// The answer is known: all above or all below what is wanted, or with little noise beside it.
+bool is_decided(const Interval& range, const ErrorCheckOptions& options) {
+  const double aim = std::max(root(range.square), options.least), noise = root(range.noise);
+  if (options.wanted > 0 && root(range.high) <= options.wanted) return true;
+  return noise <= (options.wanted > 0 && root(range.low) >= options.wanted ? 1.0 : 0.5) * aim;
 }
 
 }  // namespace
@@ -281,39 +356,32 @@ ErrorEstimate check_error(const std::shared_ptr<const LitScene>& scene, const Ch
                           const Parallel& parallel) {
   MUST(places.points.size() == given.size() && scene->has_solution());
   if (places.points.empty()) return {};
-  const ResidualWalks walks(*scene, options);
-  const std::size_t count = places.points.size(), tasks = (count + points_per_task - 1) / points_per_task;
-  std::vector<Sums> sums(count);
-  std::vector<std::uint64_t> rays(tasks, 0);
-  ErrorEstimate result;
-  std::uint64_t traced = 0;
-  const Interval paths = by_paths(scene, places, given, options, parallel, traced);
-  for (std::uint32_t batches = 0; batches < most_batches;) {
-    const std::uint32_t more = batches == 0 ? std::max(2u, least_batches / static_cast<std::uint32_t>(count)) : (batches + 1) / 2;
-    parallel.for_each(tasks, [&](std::size_t task) {
-      const std::size_t last = std::min(count, (task + 1) * points_per_task);
-      for (std::size_t i = task * points_per_task; i < last; ++i)
-        for (std::uint32_t batch = batches; batch < batches + more; ++batch) {
-          const std::uint64_t seed = mix64(mix64(options.seed + i) + batch);
-          Random random(seed, 19);
-          sums[i].add(walks.at(places.points[i].at, random, rays[task]));
-        }
-    });
-    batches += more;
-    result = estimate(places, sums, given, batches);
-    result.rays = traced;
-    for (const std::uint64_t of_task : rays) result.rays += of_task;
-    // With as much noise as error the estimate spreads by sqrt(2/points) of itself; less noise is for what has to be decided.
-    const bool is_decided = result.high <= options.wanted || result.low >= options.wanted;
-    const double aim = std::max(result.error, options.least);
-    if (is_decided ? result.error <= options.wanted || result.noise <= aim : result.noise <= 0.5 * aim) break;
-    if (options.most_rays > 0 && result.rays >= options.most_rays) break;
+  const auto count = static_cast<std::uint32_t>(places.points.size());
+  PathWitness paths(scene, places, options.seed);
+  WalkWitness walks(*scene, places, options);
+  paths.look_longer(std::max(options.paths / count, least_paths), parallel);
+  walks.look_longer(std::max(2u, least_batches / count), parallel);
+  Interval by_paths = paths.interval(given), by_walks = walks.interval(given);
+  // What either still needs falls with the square of its noise: the cheaper one goes on.
+  for (;;) {
+    const bool paths_lead =
+        by_paths.noise * static_cast<double>(paths.rays()) < by_walks.noise * static_cast<double>(walks.rays());
+    if (is_decided(paths_lead ? by_paths : by_walks, options)) break;
+    if (options.most_rays > 0 && paths.rays() + walks.rays() >= options.most_rays) break;
+    if ((paths_lead ? paths.count() / paths_a_batch : walks.count()) >= most_batches) break;
+    if (paths_lead)
+      paths.look_longer(paths.count() / 2, parallel), by_paths = paths.interval(given);
+    else
+      walks.look_longer((walks.count() + 1) / 2, parallel), by_walks = walks.interval(given);
   }
-  if (root(paths.low) > result.high) {
-    result.error = root(paths.square), result.low = root(paths.low), result.high = root(paths.high);
-    result.by_paths = true;
-  }
-  result.error = std::max(result.error, least_of_high * result.high);
+  ErrorEstimate result = parts(places, walks.sums(), given, walks.count());
+  // Walks that have not met a residual know neither error nor noise: where paths contradict them, paths are right.
+  result.by_paths = by_paths.noise < by_walks.noise || by_paths.low > by_walks.high;
+  const Interval& range = result.by_paths ? by_paths : by_walks;
+  result.low = root(range.low), result.high = root(range.high), result.noise = root(range.noise);
+  result.likely = root(range.square);
+  result.error = std::max(result.likely, least_of_high * result.high);
+  result.rays = paths.rays() + walks.rays();
   return result;
 }
 

@@ -11,8 +11,8 @@
 /// what path tracing needs ten thousand paths for.
 ///
 /// But walks that seldom meet the residual see no error and no noise either: a spot, a slit, a lit floor that the solution has
-/// not heard of. So some paths that never read the solution are a second witness, whose noise is that of light; where it finds
-/// more than the first can have missed, its word counts.
+/// not heard of. So paths that never read the solution are a second witness, whose noise is that of light. The one whose noise
+/// falls faster goes on until the answer is decided; where paths find more than the walks can have missed, their word counts.
 ///
 /// @source a known approximation as control variate: [Lafortune95]; iterated on its residual here; confidence by the noise at
 /// the points and, where they are a sample, by the spread over them
@@ -34,7 +34,7 @@ struct ErrorCheckOptions {
   double least = 1e-4;             ///< smaller errors need not be told from none
   std::uint32_t gather_rays = 64;  ///< a point and batch
   std::uint32_t walks = 4;         ///< of a point and batch that go on to find the error of the solution
-  std::uint32_t paths = 16384;     ///< of the second witness, over all points
+  std::uint32_t paths = 16384;     ///< that the second witness begins with, over all points
   std::uint64_t most_rays = 0;     ///< no further batch begins beyond so many; 0: until the answer is decided
   std::uint64_t seed = 1;
 };
@@ -42,14 +42,15 @@ struct ErrorCheckOptions {
 /// Root of a mean square over points and channels, relative to that of the exact light or to each point's own (ErrorNorm),
 /// unless said otherwise.
 struct ErrorEstimate {
-  double error = 0;          ///< of the light as given; no less than two thirds of `high`, so that noise never hides more
+  double error = 0;   ///< of the light as given; no less than two thirds of `high`, so that noise never hides more
+  double likely = 0;  ///< the same without regard to noise, as the parts below
   double low = 0, high = 0;  ///< 95 % confidence
   double bias = 0;           ///< mean of (given - exact) over mean of exact
   double visibility = 0;     ///< of the direct light
   double indirect = 0;       ///< of the indirect light,
   double solution = 0;       ///< where it comes from errors of the solution as seen from the points
   double noise = 0;          ///< of the check, taken out of all these
-  bool by_paths = false;     ///< the second witness has found more, which the parts do not know
+  bool by_paths = false;     ///< paths tell, and the parts, which only walks know, may be less than the whole
   std::uint32_t points = 0, batches = 0;
   std::uint64_t rays = 0;
 };
