@@ -23,6 +23,7 @@ constexpr double safe_share = 0.75;
 constexpr double least_error = 1e-4;
 /// A search that has not come nearer than this share in a round, twice, is stuck.
 constexpr double progress = 0.85;
+constexpr double eps_where_stuck = 16;
 /// Rays of a check at an error of .05, and how they grow with a smaller one: about what the default first pass costs in a room.
 constexpr double check_rays = 1.5e6, check_law = 1.5;
 /// Where the check can't tell whether the error is reached, it may look so many times longer, once.
@@ -174,6 +175,8 @@ class Search {
 
   void turn(const ErrorKnobs& next) {
     const ErrorKnobs before = std::exchange(knobs_, next);
+    // What elements have not mended may be light that has not been shot to where it counts.
+    if (stuck_ > 0 && limits_.turns_eps) knobs_.eps = std::max(before.eps / eps_where_stuck, ErrorLimits::least_eps);
     const bool is_refined = knobs_.keep < 1 && run_.refine(knobs_.keep);
     // Little can be done in places: all elements become smaller.
     if (knobs_.keep < 1 && !is_refined) knobs_.elements = std::min(2 * knobs_.elements, limits_.most_elements);
