@@ -7,7 +7,7 @@
 
 namespace lichthof::apps {
 
-/// Where more than a hundredth of the emitted energy is unaccounted for, or more is absorbed than emitted: by how much, and the
+/// Where three hundredths of the emitted energy are lost, one is gained, or more is absorbed than emitted: by how much, and the
 /// likely cause; empty where the ledger closes.
 /// Causes are looked for in this order: a luminaire that is closer to what it lights than it is wide; a first pass that was
 /// stopped; surfaces closer to each other than an element; else elements that are too large.
