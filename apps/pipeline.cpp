@@ -10,6 +10,7 @@
 #include "actors/meter.hpp"
 #include "apps/cluster/memory_room.hpp"
 #include "apps/common/camera_choice.hpp"
+#include "apps/common/ledger_fault.hpp"
 #include "apps/common/mesh_choice.hpp"
 #include "apps/common/progress.hpp"
 #include "core/base/random.hpp"
@@ -77,16 +78,20 @@ double unshot_share(const Solution& solution) {
   return all > 0 ? unshot / all : 0;
 }
 
-/// Relative RMS deviation of the indirect light from its mean over many rays, as two sets of rays show it.
-double sampling_error(const std::vector<CheckPoint>& points, const std::vector<PointLight>& one,
-                      const std::vector<PointLight>& other) {
-  double squares = 0, all = 0;
+/// Relative RMS noise of a reading, as another one shows it whose gather has other rays, and whose direct light is the mean of
+/// the same rays and as many others.
+ReadingNoise reading_noise(const CheckPoints& places, const std::vector<PointLight>& one,
+                           const std::vector<PointLight>& other, bool is_gathered) {
+  double direct = 0, indirect = 0, all = 0;
   for (std::size_t i = 0; i < one.size(); ++i) {
-    const Rgb difference = one[i].indirect - other[i].indirect, total = one[i].total();
-    squares += 0.5 * points[i].weight * glm::dot(difference, difference),
-        all += points[i].weight * glm::dot(total, total);
+    const CheckPoint& point = places.points[i];
+    const Rgb d = point.share * (one[i].direct - other[i].direct), r = point.share * (one[i].indirect - other[i].indirect),
+              total = point.share * one[i].total();
+    direct += 2 * point.weight * glm::dot(d, d), indirect += 0.5 * point.weight * glm::dot(r, r);
+    all += point.weight * glm::dot(total, total);
   }
-  return all > 0 ? std::sqrt(squares / all) : 0;
+  if (!(all > 0)) return {};
+  return {std::sqrt(direct / all), is_gathered ? std::optional(std::sqrt(indirect / all)) : std::nullopt};
 }
 
 ProbeOptions probe_options(const ErrorKnobs& knobs, std::size_t points) {
@@ -260,7 +265,7 @@ Status Run::solve() {
   record_.seconds.mesh += mesh_watch.seconds();
 
   const Stopwatch watch;
-  ProgressLine line(!options_.talk.quiet);
+  ProgressLine line(!options_.talk.quiet, before_);
   actors::SolveRun run;
   run.scene = scene_;
   run.mesh = mesh_;
@@ -300,6 +305,11 @@ bool Run::refine(double keep) {
   return true;
 }
 
+void Run::warn_of_ledger() const {
+  if (!solution_) return;
+  if (const std::string why = ledger_fault(*solution_); !why.empty()) spdlog::warn("{}: {}", options_.input, why);
+}
+
 Status Run::keep(const std::string& path) {
   const Interruption::Deferral deferral;
   if (Status written = io::write_solution(path, *solution_); !written) return written;
@@ -309,7 +319,7 @@ Status Run::keep(const std::string& path) {
 
 // ---- Rays -------------------------------------------------------------------------------------------------------------
 
-std::shared_ptr<const LitScene> Run::lit_scene() const {
+LitScenePtr Run::lit_scene() const {
   return solution_ ? std::make_shared<const LitScene>(*solution_) : std::make_shared<const LitScene>(scene_);
 }
 
@@ -333,7 +343,7 @@ std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, con
 
 Expected<Image> Run::picture(const Camera& camera, const PictureOptions& wanted) {
   const Stopwatch watch;
-  ProgressLine line(!options_.talk.quiet);
+  ProgressLine line(!options_.talk.quiet, before_);
   actors::TraceRun run;
   run.source = column_source(camera, wanted);
   run.workers = parallel_->threads();
@@ -388,27 +398,26 @@ std::optional<std::vector<Rgb>> Run::irradiance_by_paths(std::span<const SensorP
   return irradiance;
 }
 
-Run::Checked Run::check(const ErrorKnobs& knobs, std::uint32_t count, double wanted, std::uint64_t seed) {
+Run::Checked Run::check(const LitScenePtr& scene, const CheckPoints& places, const ErrorKnobs& knobs,
+                        const ErrorCheckOptions& effort) {
   const Stopwatch watch;
-  const std::shared_ptr<const LitScene> scene = lit_scene();
-  const std::vector<CheckPoint> points = random_surface_points(*scene, count, seed);
   std::vector<SensorPoint> sensors;
-  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
-  const ProbeOptions reading = probe_options(knobs, points.size());
+  for (const CheckPoint& point : places.points) sensors.push_back({point.at.point, point.at.normal});
+  const ProbeOptions reading = probe_options(knobs, places.points.size());
   std::vector<PointLight> light = sensor_light(scene, sensors, reading, *parallel_, record_.traced_rays);
   if (knobs.direct_is_solved())
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      light[i].indirect = scene->indirect_irradiance(points[i].at);
-      light[i].direct = scene->total_irradiance(points[i].at) - light[i].indirect;
+    for (std::size_t i = 0; i < places.points.size(); ++i) {
+      const SurfacePoint& at = places.points[i].at;
+      if (!scene->has_elements(at)) continue;
+      light[i].indirect = scene->indirect_irradiance(at);
+      light[i].direct = scene->total_irradiance(at) - light[i].indirect;
     }
-  ErrorCheckOptions options;
-  options.wanted = 0.9 * wanted, options.least = std::max(options.least, 0.25 * wanted), options.seed = seed;
-  Checked checked{check_error(scene, points, light, options, *parallel_), unshot_share(*solution_), {}};
-  if (knobs.is_gathered()) {
+  Checked checked{check_error(scene, places, light, effort, *parallel_), unshot_share(*solution_), {}};
+  if (!knobs.direct_is_solved()) {
     ProbeOptions again = reading;
-    again.seed = mix64(seed), again.direct.rays = 1, again.direct_rounds = 1;
-    checked.sampling =
-        sampling_error(points, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays));
+    again.seed = mix64(effort.seed), again.direct_rounds *= 2;
+    checked.noise =
+        reading_noise(places, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays), knobs.is_gathered());
   }
   record_.traced_rays += checked.estimate.rays;
   record_.seconds.check += watch.seconds();

@@ -36,6 +36,8 @@ struct RunOptions {
   OutputOptions talk;
 };
 
+using LitScenePtr = std::shared_ptr<const LitScene>;
+
 class Run {
  public:
   /// @param default_method  where --method was not given
@@ -56,13 +58,20 @@ class Run {
   /// For the next solve(): the mesh with smaller elements where the light of this one strays from planes.
   /// @returns false: all are as fine as they may be
   bool refine(double keep);
-  /// How far the light is from the truth, read with these knobs at random points of the surfaces.
+  /// How far the light is from the truth at these points, read with these knobs.
   struct Checked {
     ErrorEstimate estimate;
-    double unshot = 0;               ///< see parts_of()
-    std::optional<double> sampling;  ///< see parts_of()
+    double unshot = 0;  ///< see parts_of()
+    ReadingNoise noise;
   };
-  Checked check(const ErrorKnobs& knobs, std::uint32_t points, double wanted, std::uint64_t seed);
+  Checked check(const LitScenePtr& scene, const CheckPoints& places, const ErrorKnobs& knobs,
+                const ErrorCheckOptions& effort);
+  /// @pre solve() or a loaded solution
+  LitScenePtr lit_scene() const;
+  /// What the progress lines of the passes begin with: "round 2, error .031 so far: ".
+  void say_before(std::string text) { before_ = std::move(text); }
+  /// Why the ledger of the first pass does not close, as a warning; nothing where it does.
+  void warn_of_ledger() const;
 
   /// Writes the solution. @error io
   Status keep(const std::string& path);
@@ -99,7 +108,6 @@ class Run {
   Status mesh();
   Status divide();
   SolveOptions solve_options() const;
-  std::shared_ptr<const LitScene> lit_scene() const;
   std::unique_ptr<const ColumnSource> column_source(const Camera& camera, const PictureOptions& wanted) const;
 
   RunOptions options_;
@@ -108,6 +116,7 @@ class Run {
   std::shared_ptr<const Parallel> parallel_;
   Stopwatch since_start_;
   RunRecord record_;
+  std::string before_;
 
   std::shared_ptr<const Scene> scene_;
   FileFrame frame_;  ///< of the numbers users write

@@ -75,8 +75,12 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
     irradiance = run.irradiance_by_paths(sensors);
   ErrorKnobs knobs;
   if (!irradiance && has_first_pass(run.method())) {
-    const Expected<ErrorKnobs> reached =
-        reach(run, options.accuracy, Reading::at_sensors, options.gather_rays, interruption);
+    const Question question{Reading::at_sensors,
+                            [&sensors](const LitScene& scene, std::uint32_t most, std::uint64_t seed) {
+                              return sensor_check_points(scene, sensors, most, seed);
+                            },
+                            options.gather_rays};
+    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, question, interruption);
     if (!reached) return reached.error();
     if (interruption.asked()) return Error{ErrorCode::interrupted, "", "interrupted"};
     knobs = *reached;
@@ -88,9 +92,12 @@ Status probe(const ProbeCommand& options, const Interruption& interruption) {
   if (!written) return written;
   RunRecord& record = run.record();
   record.more["points"] = points->rows.size();
-  return print(options.run.talk, json(record),
+  if (Status printed = print(options.run.talk, json(record),
                summary(record, options.run.output + ": " + (options.photometric ? "lux" : "W/m²") + " at " +
                                    grouped(points->rows.size()) + " points, " + record.method));
+      !printed)
+    return printed;
+  return strictly(options.accuracy, run);
 }
 
 }  // namespace
@@ -118,7 +125,7 @@ void add_probe(CLI::App& program, Command& chosen) {
   command.add_option("--samples", options->samples, "paths per point, method reference (default 1024)")
       ->check(number_within(2, 1e9))
       ->option_text("N");
-  add_error_options(command, options->accuracy);
+  add_error_options(command, options->accuracy, "the irradiance over the points");
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

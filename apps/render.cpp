@@ -1,4 +1,5 @@
 /// `lichthof render`: the main job, both passes and a picture.
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -58,7 +59,14 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
 
   PictureOptions wanted = options.picture;
   if (has_first_pass(run.method())) {
-    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, Reading::in_picture, wanted.gather_rays, interruption);
+    const PinholeCamera film(*camera, wanted.width, wanted.height);
+    const double exposure = wanted.exposure_ev ? std::exp2(*wanted.exposure_ev) : 0;
+    const Question question{Reading::in_picture,
+                            [&film, exposure](const LitScene& scene, std::uint32_t most, std::uint64_t seed) {
+                              return picture_check_points(scene, film, exposure, most, seed);
+                            },
+                            wanted.gather_rays};
+    const Expected<ErrorKnobs> reached = reach(run, options.accuracy, question, interruption);
     if (!reached) return reached.error();
     wanted.gather_rays = reached->gather_rays;
   }
@@ -77,9 +85,12 @@ Status render(const RenderOptions& options, const Interruption& interruption) {
   record.more["width"] = picture->width();
   record.more["height"] = picture->height();
   record.more["camera"] = camera->name;
-  return print(options.run.talk, json(record),
+  if (Status printed = print(options.run.talk, json(record),
                summary(record, options.run.output + ": " + options.picture.size + " pixels, " + record.method +
                                    ", camera " + camera->name));
+      !printed)
+    return printed;
+  return strictly(options.accuracy, run);
 }
 
 }  // namespace
@@ -99,7 +110,7 @@ void add_render(CLI::App& program, Command& chosen) {
                   "how columns are handed to workers: adaptive or boxes; the picture is the same")
       ->check(one_of({"adaptive", "boxes"}))
       ->option_text("NAME");
-  add_error_options(command, options->accuracy);
+  add_error_options(command, options->accuracy, "what surfaces that don't emit send to the eye");
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

@@ -34,16 +34,18 @@ Status solve(const SolveCommand& command, const Interruption& interruption) {
     if (command.accuracy.error)
       return Error{ErrorCode::bad_input, "--error", options.input + " has its mesh already; solve the scene anew for another error"};
     if (Status solved = run.solve(); !solved) return solved;
+    if (!command.accuracy.check) run.warn_of_ledger();
   }
   if (!resumes || command.accuracy.check)
-    if (const auto reached = reach(run, command.accuracy, Reading::as_it_is, std::nullopt, interruption); !reached)
+    if (const auto reached = reach(run, command.accuracy, {Reading::as_it_is, surface_check_points, {}}, interruption);
+        !reached)
       return reached.error();
   if (Status kept = run.keep(options.output); !kept) return kept;
 
   const RunRecord& record = run.record();
   const std::string done = options.output + ": " + (record.converged ? "solved" : "not solved to its end");
   if (Status printed = print(options.talk, json(record), summary(record, done)); !printed) return printed;
-  if (run.converged()) return Done{};
+  if (run.converged()) return strictly(command.accuracy, run);
   return Error{ErrorCode::interrupted, "",
                "interrupted; the solution so far is kept, continue it with: lichthof solve " + options.output + " -o " +
                    options.output};
@@ -61,7 +63,7 @@ void add_solve(CLI::App& program, Command& chosen) {
       ->required()
       ->option_text("SOLUTION");
   add_method_option(command, options->run.method, {"radiosity", "two-pass", "hemicube"});
-  add_error_options(command, options->accuracy);
+  add_error_options(command, options->accuracy, "each place's own irradiance over all surfaces");
   add_threads_option(command, options->run.threads);
   add_scene_options(command, options->run.read);
   add_first_pass_options(command, options->run.first_pass);

@@ -37,8 +37,8 @@ double share_of_way(const RadiosityProgress& progress) {
   return std::clamp(std::log(progress.largest_initial_power_w / progress.strongest_w) / whole, 0.0, 1.0);
 }
 
-ProgressLine::ProgressLine(bool wanted)
-    : shown_(wanted && ::isatty(STDERR_FILENO) == 1), start_(std::chrono::steady_clock::now()) {}
+ProgressLine::ProgressLine(bool wanted, std::string before)
+    : shown_(wanted && ::isatty(STDERR_FILENO) == 1), before_(std::move(before)), start_(std::chrono::steady_clock::now()) {}
 
 ProgressLine::~ProgressLine() {
   if (written_) std::fputc('\n', stderr);
@@ -75,7 +75,7 @@ void ProgressLine::show(const std::string& what, double share_done) {
 
 void ProgressLine::rewrite(const std::string& text) {
   const std::lock_guard lock(mutex_);
-  std::fprintf(stderr, "\r%s\033[K", text.c_str());
+  std::fprintf(stderr, "\r%s%s\033[K", before_.c_str(), text.c_str());
   std::fflush(stderr);
   written_ = true;
 }

@@ -12,7 +12,8 @@ namespace lichthof::apps {
 class ProgressLine {
  public:
   /// @param wanted  false: --quiet; the line also stays away when stderr is no terminal
-  explicit ProgressLine(bool wanted);
+  /// @param before  what each line begins with
+  explicit ProgressLine(bool wanted, std::string before = {});
   /// Leaves the last state standing and ends the line.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
@@ -28,6 +29,7 @@ class ProgressLine {
   void rewrite(const std::string& text);
 
   bool shown_;
+  std::string before_;
   std::chrono::steady_clock::time_point start_;
   std::mutex mutex_;
   bool written_ = false;

@@ -35,9 +35,9 @@ struct ErrorLimits {
   bool turns_elements = true, turns_eps = true, turns_gather = true, turns_direct = true;
   bool begins_interpolated =
       false;  ///< a gather costs more than a finer mesh: it comes when the first round asks for it
-  std::uint32_t most_elements = 4000000;
+  std::uint32_t most_elements = 1000000;
   static constexpr std::uint32_t most_gather_rays = 16384, most_direct_rays = 16384;
-  static constexpr double least_eps = 1e-9;
+  static constexpr double least_eps = 1e-7;
 };
 
 enum class ErrorPart : std::uint8_t { visibility, reconstruction, discretisation, convergence };
@@ -49,10 +49,14 @@ struct ErrorParts {
   ErrorPart dominant() const;
 };
 
+/// Relative RMS deviation of light that is read once more with other rays: what one reading has of noise.
+struct ReadingNoise {
+  std::optional<double> direct, indirect;  ///< unset: the solution is read as it is
+};
+
 /// @param unshot  RMS of the irradiance that unshot light is expected to bring yet, relative to that of all. It is in the
 ///                solution as an estimate, which is trusted to a third.
-/// @param sampling  relative RMS deviation of the indirect light for other rays of its gather; unset: it is interpolated
-ErrorParts parts_of(const ErrorEstimate& estimate, double unshot, std::optional<double> sampling);
+ErrorParts parts_of(const ErrorEstimate& estimate, double unshot, const ReadingNoise& noise);
 
 /// Where to begin, so that most scenes need no more than one turn. @param limits  knobs that may not be turned keep `given`
 ErrorKnobs first_knobs(double wanted, const ErrorKnobs& given, const ErrorLimits& limits);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "tests/system/program.hpp"
 
@@ -59,6 +60,45 @@ TEST_SUITE("system") {
     CHECK(outcome.json()["error"]["reason"].get<std::string>().find("nothing more can be turned") != std::string::npos);
     CHECK(outcome.complains("an error of 0.2 % was asked for"));
     CHECK(results_of(folder / "out.csv").size() > 10);
+  }
+
+  TEST_CASE("--strict: an error that is not reached is a failure, and what there is has been written") {
+    const Folder folder;
+    write_room(folder);
+    const std::string points = folder.write("points.csv", room_points());
+    const std::vector<std::string> command{
+        "probe", folder / "room.obj", "--points", points,     "-o",     folder / "out.csv", "--elements",
+        "500",   "--gather",          "16",       "--strict", "--error"};
+    const auto with = [&](const std::string& wanted) {
+      std::vector<std::string> all = command;
+      all.push_back(wanted);
+      return ran(all);
+    };
+    CHECK(with("0.9").status == 0);
+    const Outcome missed = with("0.002");
+    CHECK(missed.status == 1);
+    CHECK(missed.err.find("an error of 0.2 % was asked for") != std::string::npos);
+    CHECK(missed.err.find("--strict") != std::string::npos);
+    CHECK(results_of(folder / "out.csv").size() > 10);
+  }
+
+  TEST_CASE("solve, probe: a ledger that does not close is a warning that names the lamp") {
+    // A lamp of half a metre shines on the ceiling 2 cm above it.
+    const Folder folder;
+    folder.write("room.mtl", "newmtl wall\nKd .6 .6 .6\nnewmtl lamp\nKe 100 100 100\n");
+    folder.write("room.obj",
+                 "mtllib room.mtl\n"
+                 "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2.5\nv 4 0 2.5\nv 4 3 2.5\nv 0 3 2.5\n"
+                 "v 2 1 2.48\nv 2.5 1 2.48\nv 2.5 1.5 2.48\nv 2 1.5 2.48\n"
+                 "usemtl wall\nf 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+                 "usemtl lamp\nf 9 10 11 12\n");
+    const Outcome outcome =
+        ran({"solve", folder / "room.obj", "-o", folder / "room.lht", "--elements", "500", "--json"});
+    CHECK(outcome.status == 0);
+    const double residual = outcome.json()["energy"]["residual"];
+    const bool is_warned = outcome.err.find("does not add up") != std::string::npos;
+    CHECK(is_warned == (residual < -0.01 || residual > 0.03));
+    if (is_warned) CHECK(outcome.err.find("a lamp of 0.5 m shines on a surface 0.02 m away") != std::string::npos);
   }
 
   TEST_CASE("--error: refused where there is no first pass, and where its mesh is made already") {

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <map>
 
 #include "core/tracing/path_tracer.hpp"
 #include "core/tracing/probe.hpp"
@@ -29,34 +28,41 @@ struct CheckedRoom {
   }
 };
 
-/// Inside: without lit sides known, the backs of a box count as well.
-std::vector<CheckPoint> points_inside(const LitScene& scene, std::uint32_t count, std::uint64_t seed) {
-  std::vector<CheckPoint> points = random_surface_points(scene, 2 * count, seed);
-  std::erase_if(points, [](const CheckPoint& point) { return point.at.back; });
-  return points;
+/// Even over the area, all relative to all. Inside: without lit sides known, the backs of a box count as well.
+CheckPoints points_of(const LitScene& scene, std::uint32_t count, std::uint64_t seed, bool only_inside = false) {
+  CheckPoints places = surface_check_points(scene, only_inside ? 2 * count : count, seed);
+  places.norm = ErrorNorm::of_all;
+  if (only_inside) std::erase_if(places.points, [](const CheckPoint& point) { return point.at.back; });
+  return places;
 }
 
-std::vector<PointLight> read(const CheckedRoom& room, const std::vector<CheckPoint>& points) {
+std::vector<SensorPoint> sensors_at(const CheckPoints& places) {
   std::vector<SensorPoint> sensors;
-  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
+  for (const CheckPoint& point : places.points) sensors.push_back({point.at.point, point.at.normal});
+  return sensors;
+}
+
+std::vector<PointLight> read(const CheckedRoom& room, const CheckPoints& places) {
   ProbeOptions options;
   options.indirect = IndirectMethod::interpolate;
   std::uint64_t rays = 0;
-  return sensor_light(room.scene, sensors, options, Parallel(1), rays);
+  return sensor_light(room.scene, sensors_at(places), options, Parallel(1), rays);
 }
 
 /// The relative RMS error by path tracing, its own noise taken out.
-double error_by_paths(const CheckedRoom& room, const std::vector<CheckPoint>& points,
-                      const std::vector<PointLight>& given, std::uint32_t paths) {
-  std::vector<SensorPoint> sensors;
-  for (const CheckPoint& point : points) sensors.push_back({point.at.point, point.at.normal});
+double error_by_paths(const CheckedRoom& room, const CheckPoints& places, const std::vector<PointLight>& given,
+                      std::uint32_t paths) {
   std::uint64_t rays = 0;
-  const auto truth = reference_irradiance(PathTracer(room.scene), sensors, paths, Parallel(2), rays);
-  double squares = 0, whole = 0;
+  const auto truth = reference_irradiance(PathTracer(room.scene), sensors_at(places), paths, Parallel(2), rays);
+  double squares = 0, whole = 0, mean = 0;
+  for (const Estimate& at : truth) mean += glm::length(at.mean) / static_cast<double>(truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const Rgb e = given[i].total() - truth[i].mean, se = truth[i].standard_error;
-    squares += points[i].weight * (glm::dot(e, e) - glm::dot(se, se));
-    whole += points[i].weight * (glm::dot(truth[i].mean, truth[i].mean) - glm::dot(se, se));
+    const double exact = glm::dot(truth[i].mean, truth[i].mean) - glm::dot(se, se);
+    const double square = glm::dot(e, e) - glm::dot(se, se);
+    // Under the box there is no light at all.
+    const bool is_of_all = places.norm == ErrorNorm::of_all;
+    squares += is_of_all ? square : square / (std::max(exact, 0.0) + 1e-4 * mean * mean), whole += is_of_all ? exact : 1;
   }
   return std::sqrt(std::max(squares, 0.0) / whole);
 }
@@ -66,10 +72,11 @@ double error_by_paths(const CheckedRoom& room, const std::vector<CheckPoint>& po
 TEST_CASE("error_check: what is right is found right, and an error that is put in is found") {
   const Furnace furnace(1, 0.8);
   const auto scene = std::make_shared<LitScene>(furnace.solution());
-  const std::vector<CheckPoint> points = points_inside(*scene, 64, 3);
+  const CheckPoints places = points_of(*scene, 64, 3, true);
   const auto checked = [&](double factor) {
     const Rgb direct{furnace.direct()}, indirect{factor * furnace.total() - furnace.direct()};
-    return check_error(scene, points, std::vector<PointLight>(points.size(), {direct, indirect}), {}, Parallel(2));
+    return check_error(scene, places, std::vector<PointLight>(places.points.size(), {direct, indirect}), {},
+                       Parallel(2));
   };
   // Each batch of an even field is exact: only the walks' ends are drawn, and their residual is 0.
   CHECK(checked(1.0).error < 1e-4);
@@ -83,12 +90,12 @@ TEST_CASE("error_check: an error of the solution is found although all that is r
   const Furnace furnace(1, 0.8);
   const auto scene =
       std::make_shared<LitScene>(uniform_solution(furnace.scene, 0.1, 1.05 * furnace.total(), furnace.direct()));
-  const std::vector<CheckPoint> points = points_inside(*scene, 64, 4);
+  const CheckPoints places = points_of(*scene, 64, 4, true);
   const Rgb direct{furnace.direct()}, seen{1.05 * 0.8 * furnace.total()};
   ErrorCheckOptions options;
   options.walks = 8;
   const ErrorEstimate found =
-      check_error(scene, points, std::vector<PointLight>(points.size(), {direct, seen}), options, Parallel(2));
+      check_error(scene, places, std::vector<PointLight>(places.points.size(), {direct, seen}), options, Parallel(2));
   CHECK(found.error == doctest::Approx(0.04).epsilon(0.2));
   CHECK(found.bias == doctest::Approx(0.04).epsilon(0.1));
   CHECK(found.solution == doctest::Approx(0.04).epsilon(0.2));
@@ -97,11 +104,11 @@ TEST_CASE("error_check: an error of the solution is found although all that is r
 TEST_CASE("error_check: says what path tracing says, of interpolated light in a furnished room") {
   for (const Finish finish : {Finish::diffuse, Finish::mirror, Finish::glossy, Finish::glass}) {
     const CheckedRoom room(finish);
-    const std::vector<CheckPoint> points = random_surface_points(*room.scene, 200, 5);
-    const std::vector<PointLight> given = read(room, points);
-    const ErrorEstimate found = check_error(room.scene, points, given, {}, Parallel(2));
+    const CheckPoints places = points_of(*room.scene, 200, 5);
+    const std::vector<PointLight> given = read(room, places);
+    const ErrorEstimate found = check_error(room.scene, places, given, {}, Parallel(2));
     // The same points: what differs is the noise of both, 0.6 of the error at most here, so a tenth of it in the mean.
-    const double expected = error_by_paths(room, points, given, 4000);
+    const double expected = error_by_paths(room, places, given, 4000);
     CAPTURE(int(finish));
     CAPTURE(found.noise);
     CHECK(found.error == doctest::Approx(expected).epsilon(0.25));
@@ -112,61 +119,46 @@ TEST_CASE("error_check: says what path tracing says, of interpolated light in a 
 
 TEST_CASE("error_check: the answer does not depend on the threads") {
   const CheckedRoom room;
-  const std::vector<CheckPoint> points = random_surface_points(*room.scene, 50, 6);
-  const std::vector<PointLight> given = read(room, points);
-  const ErrorEstimate one = check_error(room.scene, points, given, {}, Parallel(1)),
-                      two = check_error(room.scene, points, given, {}, Parallel(2));
+  const CheckPoints places = points_of(*room.scene, 50, 6);
+  const std::vector<PointLight> given = read(room, places);
+  const ErrorEstimate one = check_error(room.scene, places, given, {}, Parallel(1)),
+                      two = check_error(room.scene, places, given, {}, Parallel(2));
   CHECK(one.error == two.error);
   CHECK(one.rays == two.rays);
 }
 
-TEST_CASE("error_check: points lie on lit sides, weigh as much as their area, and are most where the light is") {
+TEST_CASE("error_check: relative to each point's own light, by path tracing as well") {
   const CheckedRoom room;
-  constexpr double wanted = 4000;
-  const std::vector<CheckPoint> points = random_surface_points(*room.scene, 4000, 7);
-  REQUIRE(points.size() == 4000);
-  const Scene& scene = room.scene->trace().scene();
-  double lit_m2 = 0, irradiance = 0;
-  for (std::size_t s = 0; s < scene.surfaces.size(); ++s)
-    lit_m2 += scene.surfaces[s].area *
-              (int{room.scene->mesh().lit_sides[s].front} + int{room.scene->mesh().lit_sides[s].back});
-  std::vector<double> weight(scene.surfaces.size(), 0.0);
-  for (const CheckPoint& point : points) {
-    weight[point.at.surface] += point.weight;
-    CHECK(room.scene->has_elements(point.at));
-    CHECK(point.weight > 0);
-    CHECK(point.weight <= 2);
-    irradiance += point.weight * sum_channels(room.scene->total_irradiance(point.at)) / wanted;
-  }
-  // Stratified along the list of patches: each has its share to one point.
-  for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
-    const LitSides lit = room.scene->mesh().lit_sides[s];
-    const double expected = wanted * scene.surfaces[s].area * (int{lit.front} + int{lit.back}) / lit_m2;
-    CHECK(weight[s] == doctest::Approx(expected).epsilon(0.02));
-  }
-  double bright = 0, dim = 0, bright_points = 0;
-  for (const CheckPoint& point : points) {
-    const bool is_bright = sum_channels(room.scene->total_irradiance(point.at)) > irradiance;
-    (is_bright ? bright : dim) += point.weight, bright_points += is_bright;
-  }
-  CHECK(bright / bright_points < 0.9 * dim / (wanted - bright_points));
+  CheckPoints places = points_of(*room.scene, 200, 8, true);
+  places.norm = ErrorNorm::of_each;
+  const std::vector<PointLight> given = read(room, places);
+  const ErrorEstimate found = check_error(room.scene, places, given, {}, Parallel(2));
+  CHECK(found.error == doctest::Approx(error_by_paths(room, places, given, 4000)).epsilon(0.25));
 }
 
-TEST_CASE("error_check: where the light is even, each side has as many points as its area, to two") {
+TEST_CASE("error_check: a solution that has not heard of the light vouches for nothing") {
+  // No light has been shot: the walks alone tell, wherever they meet what is lit.
   const CheckedRoom room;
-  const auto scene = room.scene->trace().shared_scene();
-  const LitScene even(uniform_solution(scene, 0.2, 2, 1));
-  const std::vector<CheckPoint> points = random_surface_points(even, 4000, 7);
-  double lit_m2 = 0;
-  for (const Patch& patch : even.mesh().patches)
-    if (even.mesh().group_is_lit[patch.group.value]) lit_m2 += patch.area;
-  std::map<std::pair<std::uint32_t, bool>, double> expected, count;
-  for (const Patch& patch : even.mesh().patches)
-    if (even.mesh().group_is_lit[patch.group.value])
-      expected[{patch.surface.value, patch.back}] += 4000 * patch.area / lit_m2;
-  for (const CheckPoint& point : points) {
-    CHECK(point.weight == doctest::Approx(1));
-    ++count[{point.at.surface, point.at.back}];
-  }
-  for (const auto& [side, wanted] : expected) CHECK(std::abs(count[side] - wanted) <= 2);
+  const LitScene dark(uniform_solution(room.scene->trace().shared_scene(), 0.4, 0, 0));
+  const auto scene = std::make_shared<LitScene>(uniform_solution(room.scene->trace().shared_scene(), 0.4, 0, 0));
+  const CheckPoints places = points_of(dark, 100, 9);
+  const ErrorEstimate found =
+      check_error(scene, places, std::vector<PointLight>(places.points.size()), {}, Parallel(2));
+  CHECK(found.error == doctest::Approx(1).epsilon(0.05));
+  CHECK(found.bias == doctest::Approx(-1));
+}
+
+TEST_CASE("error_check: white is as bright as it gets") {
+  const Furnace furnace(1, 0.8);
+  const auto scene = std::make_shared<LitScene>(furnace.solution());
+  CheckPoints places = points_of(*scene, 64, 3, true);
+  places.white = 0.5 * furnace.total();
+  const Rgb direct{furnace.direct()};
+  const auto error_of = [&](double total) {
+    const std::vector<PointLight> given(places.points.size(), {direct, Rgb{total} - direct});
+    return check_error(scene, places, given, {}, Parallel(2)).error;
+  };
+  CHECK(error_of(2 * furnace.total()) < 1e-4);
+  CHECK(error_of(0.6 * furnace.total()) < 1e-4);
+  CHECK(error_of(0.4 * furnace.total()) == doctest::Approx(0.2).epsilon(1e-3));
 }
