@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "actors/meter.hpp"
+#include "core/light/expected_light.hpp"
 #include "tests/support/rooms.hpp"
 
 using namespace lichthof;
@@ -90,7 +91,8 @@ bool same_bits(const Solution& a, const Solution& b) {
 Solution plain_loop(const actors::SolveRun& run) {
   std::vector<GroupId> groups;
   for (std::uint32_t g = 0; g < run.mesh->groups.size(); ++g) groups.push_back(GroupId{g});
-  CellLight light(run.scene, run.mesh, groups, Box{Vec3{-1e300}, Vec3{1e300}}, {}, run.parallel);
+  const auto exchange = std::make_shared<const GroupExchange>(*run.scene, *run.mesh, *run.parallel);
+  CellLight light(run.scene, run.mesh, groups, Box{Vec3{-1e300}, Vec3{1e300}}, {}, run.parallel, exchange);
   const double threshold_w = run.options.eps * light.largest_initial_power();
   std::uint64_t shots = 0;
   for (auto next = light.strongest(); next.power_w > threshold_w; next = light.strongest())
@@ -99,7 +101,8 @@ Solution plain_loop(const actors::SolveRun& run) {
   solution.mesh = run.mesh;
   for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
     values->resize(run.mesh->elements.size(), Rgbf{0.f});
-  light.store(solution, expected_light(light.outlook()));
+  light.store(solution);
+  set_pending(solution, *exchange);
   solution.counters.shots = shots;
   return solution;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/light/expected_light.hpp"
 #include "sim/radiosity_run.hpp"
 #include "tests/support/two_rooms.hpp"
 
@@ -23,10 +24,12 @@ struct RealRun {
     solution.mesh = mesh;
     const auto groups = groups_by_cell(*mesh, *grid);
     const auto parallel = std::make_shared<const Parallel>(1u);
+    const auto exchange = std::make_shared<const GroupExchange>(*scene, *mesh, *parallel);
     std::vector<std::unique_ptr<LightOfCell>> interfaces;
     for (CellId cell{0}; cell.value < grid->cell_count(); ++cell.value) {
       lights.push_back(
-          std::make_shared<CellLight>(scene, mesh, groups[cell.value], grid->box(cell), TransferOptions{}, parallel));
+          std::make_shared<CellLight>(scene, mesh, groups[cell.value], grid->box(cell), TransferOptions{}, parallel,
+                                                  exchange));
       interfaces.push_back(std::make_unique<RealLight>(lights.back()));
     }
     sim::RadiosityRunOptions options;
@@ -40,9 +43,8 @@ struct RealRun {
     solution.direct_irradiance.resize(mesh->elements.size());
     solution.shot.resize(mesh->elements.size());
     solution.pending.resize(mesh->elements.size());
-    CellOutlook outlook;
-    for (const auto& light : lights) outlook.add(light->outlook());
-    for (const auto& light : lights) light->store(solution, expected_light(outlook));
+    for (const auto& light : lights) light->store(solution);
+    set_pending(solution, *exchange);
   }
   std::shared_ptr<const CellGrid> grid;
   std::vector<std::shared_ptr<CellLight>> lights;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/light/lit_sides.hpp"
+#include "core/light/expected_light.hpp"
 #include "core/light/one_cell.hpp"
 
 namespace lichthof::test {
@@ -28,7 +29,8 @@ class OneCell {
           unsigned threads = 1)
       : scene(std::move(scene_)),
         mesh(std::move(mesh_)),
-        light(light_of_all(scene, mesh, options, std::make_shared<const Parallel>(threads))) {}
+        exchange(std::make_shared<const GroupExchange>(*scene, *mesh, Parallel(threads))),
+        light(light_of_all(scene, mesh, options, std::make_shared<const Parallel>(threads), exchange)) {}
 
   /// Shoots one group. @pre strongest() was called since the last shot, as a cell does
   TransferWork shoot(GroupId group) {
@@ -47,12 +49,14 @@ class OneCell {
 
   Solution solution() const {
     Solution solution = blank_solution(scene, mesh);
-    light.store(solution, expected_light(light.outlook()));
+    light.store(solution);
+    set_pending(solution, *exchange);
     return solution;
   }
 
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const GroupExchange> exchange;
   CellLight light;
   std::uint64_t shots = 0;
   Rgb sent_w{0.0}, received_w{0.0};  ///< of all shots so far

@@ -259,21 +259,6 @@ TEST_SUITE("cell_light") {
     CHECK(difference < 0.15);  // one centre per shooter: penumbras become edges
   }
 
-  TEST_CASE("cell_light: all unshot light is expected, by the measured closure") {
-    CellOutlook outlook;
-    outlook.sent_w = Rgb{10}, outlook.received_w = Rgb{8}, outlook.unshot_w = Rgb{2};
-    outlook.white_area = Rgb{3}, outlook.reflected_w = Rgb{4}, outlook.area = 6;
-    const ExpectedLight expected = expected_light(outlook);
-    const double everywhere = 0.5 * 2 * 0.8 / (1 - 0.5 * 0.8) / 6, in_proportion = 0.5 * 2 * 0.8 / (1 - 0.5 * 0.8) / 8;
-    CHECK(expected.everywhere.x == doctest::Approx(everywhere));
-    CHECK(expected.in_proportion.x == doctest::Approx(in_proportion));
-    CHECK(expected.irradiance(Rgb{4}).x == doctest::Approx(everywhere + 4 * in_proportion));
-    CHECK(expected_light(CellOutlook{}).irradiance(Rgb{4}) == Rgb{0.0});
-    CellOutlook twice = outlook;
-    twice.add(outlook);
-    CHECK(expected_light(twice).everywhere.x == doctest::Approx(everywhere));
-  }
-
   TEST_CASE("cell_light: who sees the dark half of a group gets the light of the dark half") {
     // A lamp over one half of a floor, a black wall between the halves, and a receiver on the dark side that sees the floor as one.
     auto scene = std::make_shared<Scene>();
