@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "core/base/check.hpp"
@@ -109,28 +108,7 @@ struct CellLight::Impl {
     for (const Surface& surface : surfaces)
       shining.push_back(scene->material_of(surface).emits() ? surface.normal : Vec3{0.0});
     find_openness(tree, rays, shining, mesh->options.patch_size, *parallel);
-    largest_initial_power = power_of_largest_shooter();
-  }
-
-  /// Facets of a lamp in one block count as the one group that they would be if it were flat: else all of the scene would be shot down to a
-  /// share of a facet. Not more of them than leave every facet far above what is left unshot.
-  double power_of_largest_shooter() const {
-    constexpr double facet = 1.0 / 16;  // of a patch's area at most
-    constexpr double most_facets = 200;
-    std::map<std::array<std::uint16_t, 3>, double> facets;
-    double largest = 0, largest_facet = 0;
-    for (const GroupPlace& place : tree.groups) {
-      double power = 0;
-      for (std::uint32_t p = place.first_patch; p < place.first_patch + place.patch_count; ++p)
-        power += sum_channels(light.patches[p].exitance) * light.patches[p].area;
-      largest = std::max(largest, power);
-      const Group& group = mesh->groups[place.mesh_group];
-      if (!(power > 0) || group.area > facet * mesh->options.patch_size * mesh->options.patch_size) continue;
-      largest_facet = std::max(largest_facet, power);
-      facets[group.block] += power;
-    }
-    for (const auto& [block, power] : facets) largest = std::max(largest, std::min(power, most_facets * largest_facet));
-    return largest;
+    largest_initial_power = power_of_strongest_luminaire(*mesh, mesh_groups(tree));
   }
 
   /// Whether occluders between shooters and receivers are so few that it pays to search for them: most hulls of a crowded scene
@@ -236,6 +214,7 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
     out.openness.assign(out.delta.size(), 0.f);
   }
   impl_->light.take(local, shot);
+  impl_->light.note_change();
   shot.centre = hemicube_centre(shot);
   return shot;
 }
@@ -245,7 +224,9 @@ TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
   const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,  impl_->occluders, impl_->outlines,
                             impl_->options, impl_->origin, impl_->reach, impl_->hulls_pay, answers};
-  return transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
+  const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
+  impl_->light.note_change();
+  return work;
 }
 
 std::vector<Passage> CellLight::project(const Shot& shot, std::span<const NextCell> next,
@@ -314,6 +295,7 @@ void CellLight::set_emission(std::uint32_t material, const Rgb& radiance) {
     }
     i.light.update_group(g);
   }
+  i.light.note_change();
 }
 
 void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) {
@@ -332,9 +314,15 @@ void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) 
     }
     i.light.update_group(g);
   }
+  i.light.note_change();
 }
 
 CellPower CellLight::power() const { return impl_->light.power(); }
+
+void CellLight::unshot(std::span<ExpectedLight::Unshot> of_groups) const {
+  const std::vector<GroupPlace>& groups = impl_->tree.groups;
+  for (std::size_t g = 0; g < groups.size(); ++g) of_groups[groups[g].mesh_group] = impl_->light.unshot(g);
+}
 
 void CellLight::store(Solution& solution) const {
   for (std::size_t k = 0; k < impl_->tree.clusters.size(); ++k) {
@@ -374,6 +362,7 @@ void CellLight::load(const Solution& solution) {
     }
   }
   for (std::uint32_t g = 0; g < i.tree.groups.size(); ++g) i.light.update_group(g);
+  i.light.note_change();
 }
 
 std::size_t CellLight::memory_bytes() const {

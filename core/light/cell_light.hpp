@@ -11,7 +11,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/base/parallel.hpp"
-#include "core/light/group_exchange.hpp"
+#include "core/light/expected_light.hpp"
 #include "core/light/hemicube_bitmap.hpp"
 #include "core/light/solution.hpp"
 #include "core/scene/mesh.hpp"
@@ -134,6 +134,8 @@ class CellLight {
   void set_reflectance(std::uint32_t material, const Rgb& reflectance);  ///< ρ moves, H is kept (§2.1)
 
   CellPower power() const;
+  /// Puts what the groups of this cell have not shot into its places; index as Mesh::groups.
+  void unshot(std::span<ExpectedLight::Unshot> of_groups) const;
   /// Copies this cell's elements into the global arrays of the solution, and back (resume). Solution::pending is for set_pending()
   /// to find, from all cells.
   void store(Solution& solution) const;

@@ -57,31 +57,42 @@ std::size_t ExpectedLight::memory_bytes() const {
   return bytes_of_all(first_link_, links_, inverse_area_, light_, leaving_);
 }
 
-void set_pending(Solution& solution, const GroupExchange& exchange) {
+namespace {
+template <class Visit>
+void for_each_element(const Mesh& mesh, const Group& group, Visit&& visit) {
+  for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
+    for (std::uint32_t k = 0; k < mesh.patches[p].element_count; ++k)
+      visit(mesh.patches[p], mesh.patches[p].first_element + k);
+}
+}  // namespace
+
+std::vector<ExpectedLight::Unshot> unshot_of(const Solution& solution) {
   const Mesh& mesh = *solution.mesh;
-  std::vector<std::uint32_t> groups(mesh.groups.size());
-  std::iota(groups.begin(), groups.end(), 0u);
-  std::vector<ExpectedLight::Unshot> unshot(groups.size());
-  std::vector<Rgbf> received(groups.size(), Rgbf{0.f});  // W/m²
-  const auto for_each_element = [&](std::size_t g, auto&& visit) {
-    for (std::uint32_t p = mesh.groups[g].first_patch; p < mesh.groups[g].first_patch + mesh.groups[g].patch_count; ++p)
-      for (std::uint32_t k = 0; k < mesh.patches[p].element_count; ++k)
-        visit(mesh.patches[p], mesh.patches[p].first_element + k);
-  };
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for_each_element(g, [&](const Patch& patch, std::uint32_t e) {
+  std::vector<ExpectedLight::Unshot> unshot(mesh.groups.size());
+  for (std::size_t g = 0; g < unshot.size(); ++g)
+    for_each_element(mesh, mesh.groups[g], [&](const Patch& patch, std::uint32_t e) {
       const double area = mesh.elements[e].area;
       const Rgb arrived{solution.irradiance[e]};
       unshot[g].power += Rgbf{area * (patch.exitance + patch.reflectance * arrived - Rgb{solution.shot[e]})};
       unshot[g].answer += Rgbf{area * patch.reflectance};
-      received[g] += Rgbf{area / mesh.groups[g].area * arrived};
     });
+  return unshot;
+}
+
+void set_pending(Solution& solution, const GroupExchange& exchange, std::span<const ExpectedLight::Unshot> unshot) {
+  const Mesh& mesh = *solution.mesh;
+  std::vector<std::uint32_t> groups(mesh.groups.size());
+  std::iota(groups.begin(), groups.end(), 0u);
   ExpectedLight expected(exchange, mesh, groups);
   expected.find(unshot);
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const Rgbf most = glm::max(received[g], Rgbf{0.f});
-    const Rgbf pending = glm::clamp(Rgbf{expected.irradiance(g)}, -most, most);
-    for_each_element(g, [&](const Patch&, std::uint32_t e) { solution.pending[e] = pending; });
+    Rgb received_w{0.0};
+    for_each_element(mesh, mesh.groups[g], [&](const Patch&, std::uint32_t e) {
+      received_w += static_cast<double>(mesh.elements[e].area) * Rgb{solution.irradiance[e]};
+    });
+    const Rgb most = glm::max(received_w / mesh.groups[g].area, Rgb{0.0});
+    const Rgbf pending{glm::clamp(expected.irradiance(g), -most, most)};
+    for_each_element(mesh, mesh.groups[g], [&](const Patch&, std::uint32_t e) { solution.pending[e] = pending; });
   }
 }
 

@@ -41,7 +41,9 @@ class ExpectedLight {
 };
 
 struct Solution;
-/// Solution::pending of a whole scene: nowhere more than what has arrived there.
-void set_pending(Solution& solution, const GroupExchange& exchange);
+/// What the groups of a solution have not shot, by the emission and reflectance of its mesh; index as Mesh::groups.
+std::vector<ExpectedLight::Unshot> unshot_of(const Solution& solution);
+/// Solution::pending of a whole scene: nowhere more than what has arrived there. @param unshot  index as Mesh::groups
+void set_pending(Solution& solution, const GroupExchange& exchange, std::span<const ExpectedLight::Unshot> unshot);
 
 }  // namespace lichthof

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -318,11 +319,10 @@ void GroupExchange::forecast(const Mesh& mesh, std::span<const double> direct_w)
     const double area = mesh.groups[g].area;
     irradiance_[g] = power_w[g] / area;
     radiosity_[g] = reflectance[g] * irradiance_[g] + emitted_w[g] / area;
-    // A group's region: as many groups as share what it sends, each with about its light.
-    double squared_shares = 0;
-    for (const Link& link : links(g)) squared_shares += std::pow(static_cast<double>(link.area) / area, 2);
-    const double light = std::max(irradiance_[g], floor) * area;
-    if (light > 0) gain[g] = squared_shares / light;
+    // A group's region: an area as large as if all of it shared alike what the group sends, and lit as the group is.
+    double per_area = 0;
+    for (const Link& link : links(g)) per_area += std::pow(static_cast<double>(link.area) / area, 2) / mesh.groups[link.group].area;
+    if (const double light = std::max(irradiance_[g], floor); light > 0) gain[g] = per_area / light;
   }
   sweep(importance, [&](std::size_t g) {
     double sum = 0;
@@ -330,8 +330,31 @@ void GroupExchange::forecast(const Mesh& mesh, std::span<const double> direct_w)
       sum += static_cast<double>(link.area) * (gain[link.group] + reflectance[link.group] * importance[link.group]);
     return sum / mesh.groups[g].area;
   });
-  const double strongest_w = count > 0 ? *std::ranges::max_element(emitted_w) : 0;
-  for (std::size_t g = 0; g < count; ++g) weight_[g] = std::max(1.0, strongest_w * importance[g]);
+  std::vector<std::uint32_t> all_groups(count);
+  std::iota(all_groups.begin(), all_groups.end(), 0u);
+  // Groups exchange most with few that are near and of other light than most of the room: where the light is this comes to 2 to 5.
+  constexpr double unevenness = 3;
+  const double strongest_w = power_of_strongest_luminaire(mesh, all_groups);
+  for (std::size_t g = 0; g < count; ++g) weight_[g] = std::max(1.0, strongest_w * importance[g] / unevenness);
+}
+
+double power_of_strongest_luminaire(const Mesh& mesh, std::span<const std::uint32_t> groups) {
+  constexpr double facet = 1.0 / 16;  // of a patch's area at most
+  constexpr double most_facets = 200;
+  std::map<std::array<std::uint16_t, 3>, double> facets;
+  double largest = 0, largest_facet = 0;
+  for (const std::uint32_t g : groups) {
+    const Group& group = mesh.groups[g];
+    double power = 0;
+    for (std::uint32_t p = group.first_patch; p < group.first_patch + group.patch_count; ++p)
+      power += sum_channels(mesh.patches[p].exitance) * mesh.patches[p].area;
+    largest = std::max(largest, power);
+    if (!(power > 0) || group.area > facet * mesh.options.patch_size * mesh.options.patch_size) continue;
+    largest_facet = std::max(largest_facet, power);
+    facets[group.block] += power;
+  }
+  for (const auto& [block, power] : facets) largest = std::max(largest, std::min(power, most_facets * largest_facet));
+  return largest;
 }
 
 }  // namespace lichthof

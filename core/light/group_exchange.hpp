@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/footprint.hpp"
 #include "core/base/parallel.hpp"
 #include "core/scene/mesh.hpp"
 
@@ -40,6 +41,9 @@ class GroupExchange {
   /// strongest luminaire's group). At a share eps of that power, weighed so, the unshot light of a group changes the light of no
   /// room by more than about eps.
   double weight(std::uint32_t group) const { return weight_[group]; }
+  std::size_t memory_bytes() const {
+    return bytes_of_all(first_link_, links_, irradiance_, radiosity_, weight_);
+  }
 
  private:
   void measure(const Scene& scene, const Mesh& mesh, const Parallel& parallel);
@@ -49,5 +53,10 @@ class GroupExchange {
   std::vector<Link> links_;
   std::vector<double> irradiance_, radiosity_, weight_;
 };
+
+/// Power of the strongest luminaire's group among these (W): the scale of eps. Facets of a lamp in one block count as the one group
+/// that they would be if it were flat: else all of the scene would be shot down to a share of a facet. Not more of them than leave
+/// every facet far above what is left unshot.
+double power_of_strongest_luminaire(const Mesh& mesh, std::span<const std::uint32_t> groups);
 
 }  // namespace lichthof

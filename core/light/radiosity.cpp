@@ -11,13 +11,13 @@ namespace lichthof {
 namespace {
 /// Of B = E + ρH against S: half an ulp of each of the three, and as much for H itself, which is a sum.
 constexpr double single_precision = 4 * 0x1p-24;
+}  // namespace
 
 std::vector<std::uint32_t> mesh_groups(const ReceiverTree& tree) {
   std::vector<std::uint32_t> groups;
   for (const GroupPlace& place : tree.groups) groups.push_back(place.mesh_group);
   return groups;
 }
-}  // namespace
 
 Radiosity::Radiosity(const Mesh& mesh, const ReceiverTree& tree, const GroupExchange& exchange)
     : clusters(tree.clusters.size()), patches(tree.patches.size()), mesh_(mesh), tree_(tree), sums_(tree.groups.size()),
@@ -81,24 +81,25 @@ std::size_t Radiosity::strongest_group() const {
 
 void Radiosity::expect() {
   std::vector<ExpectedLight::Unshot> unshot;
-  for (const GroupSums& sums : sums_) unshot.push_back({sums.unshot_w, sums.answer});
+  for (std::size_t g = 0; g < sums_.size(); ++g) unshot.push_back(this->unshot(g));
   ahead_.find(unshot);
   for (std::size_t g = 0; g < sums_.size(); ++g) expected_[g] = {Rgbf{ahead_.irradiance(g)}, sums_[g].received_w};
-  asked_ = 0;
+  changes_ = 0;
 }
 
 CellLight::Candidate Radiosity::strongest() {
-  if (sums_.empty()) return {};
+  if (!is_changed_ || sums_.empty()) return strongest_;
+  is_changed_ = false, ++changes_;
   // The expected is found anew when half of what it was found for is done, or much has happened since.
   std::size_t best = strongest_group();
-  if (float now = key(best); now < 0.5f * key_then_ || now > 2 * key_then_ || ++asked_ > sums_.size()) {
+  if (const float now = key(best); now < 0.5f * key_then_ || now > 2 * key_then_ || changes_ > sums_.size()) {
     expect();
     best = strongest_group();
     key_then_ = key(best);
   }
   const float power_w = key(best);
-  if (power_w <= 0.f) return {};
-  return {GroupId{tree_.groups[best].mesh_group}, power_w};
+  strongest_ = power_w > 0.f ? CellLight::Candidate{GroupId{tree_.groups[best].mesh_group}, power_w} : CellLight::Candidate{};
+  return strongest_;
 }
 
 void Radiosity::take(std::uint32_t local_group, Shot& shot) {

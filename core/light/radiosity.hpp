@@ -33,6 +33,9 @@ struct PatchLight {
   Rgb unshot_w() const { return exitance * area + reflectance * received_w - shot_w; }
 };
 
+/// The groups of a tree, as indices into Mesh::groups.
+std::vector<std::uint32_t> mesh_groups(const ReceiverTree& tree);
+
 class Radiosity {
  public:
   /// @param exchange  of the mesh
@@ -47,12 +50,19 @@ class Radiosity {
   /// The group with the largest |ΔB + ρ e| A, summed over channels, times its weight. What is expected (e) is that of this cell's
   /// own unshot light: other cells are left out on purpose, for what is known of them is always late, and overshooting on late
   /// news diverges.
+  /// Asked again, it says the same until note_change().
   CellLight::Candidate strongest();
+  /// Light, emission or reflectance are others than strongest() knows.
+  void note_change() { is_changed_ = true; }
 
   /// Moves ΔB + ρe of every element of a group into S. @returns the shot without its geometry
   void take(std::uint32_t local_group, Shot& shot);
 
   CellPower power() const;
+  /// Of a group, by emission and reflectance as they are now.
+  ExpectedLight::Unshot unshot(std::size_t local_group) const {
+    return {sums_[local_group].unshot_w, sums_[local_group].answer};
+  }
   const std::vector<std::uint32_t>& local_group_of() const { return local_group_of_; }
   std::size_t memory_bytes() const;
 
@@ -81,7 +91,9 @@ class Radiosity {
   std::vector<float> weight_, area_;        ///< of each group: GroupExchange::weight(); m²
   ExpectedLight ahead_;
   float key_then_ = 0;                      ///< the largest when the expected was found
-  std::size_t asked_ = 0;                   ///< times since then
+  std::size_t changes_ = 0;                 ///< since then
+  CellLight::Candidate strongest_;
+  bool is_changed_ = true;
   std::vector<std::uint32_t> local_group_of_;  ///< by mesh group; none if not here
 };
 

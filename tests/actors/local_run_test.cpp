@@ -102,7 +102,7 @@ Solution plain_loop(const actors::SolveRun& run) {
   for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
     values->resize(run.mesh->elements.size(), Rgbf{0.f});
   light.store(solution);
-  set_pending(solution, *exchange);
+  set_pending(solution, *exchange, unshot_of(solution));
   solution.counters.shots = shots;
   return solution;
 }

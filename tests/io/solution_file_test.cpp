@@ -151,8 +151,8 @@ TEST_SUITE("io") {
     check_error(read_solution(folder.write("t.lht", "a text")), folder / "t.lht", "is no solution file");
     check_error(read_solution(folder / ""), folder / "", "is a folder");
     REQUIRE(write_sections(folder / "v.lht", {"\x89LHT\r\n\x1a\n", 1, "solution file"}, {}));
-    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 7");
-    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 7, "solution file"}, {{"head", "x"}}));
+    check_error(read_solution(folder / "v.lht"), folder / "v.lht", "of format 1; this program reads format 8");
+    REQUIRE(write_sections(folder / "e.lht", {"\x89LHT\r\n\x1a\n", 8, "solution file"}, {{"head", "x"}}));
     check_error(read_solution(folder / "e.lht"), folder / "e.lht", "damaged");
     CHECK_FALSE(is_solution_file(folder / "t.lht"));
   }

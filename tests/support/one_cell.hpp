@@ -50,7 +50,9 @@ class OneCell {
   Solution solution() const {
     Solution solution = blank_solution(scene, mesh);
     light.store(solution);
-    set_pending(solution, *exchange);
+    std::vector<ExpectedLight::Unshot> unshot(mesh->groups.size());
+    light.unshot(unshot);
+    set_pending(solution, *exchange, unshot);
     return solution;
   }
 
