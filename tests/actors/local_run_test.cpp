@@ -102,7 +102,9 @@ Solution plain_loop(const actors::SolveRun& run) {
   for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
     values->resize(run.mesh->elements.size(), Rgbf{0.f});
   light.store(solution);
-  set_pending(solution, *exchange, unshot_of(solution));
+  std::vector<ExpectedLight::Unshot> unshot(run.mesh->groups.size());
+  light.unshot(unshot);
+  set_pending(solution, *exchange, unshot);
   solution.counters.shots = shots;
   return solution;
 }
