@@ -322,7 +322,8 @@ void GroupExchange::forecast(const Mesh& mesh, std::span<const double> direct_w)
     // A group's region: an area as large as if all of it shared alike what the group sends, and lit as the group is.
     double per_area = 0;
     for (const Link& link : links(g)) per_area += std::pow(static_cast<double>(link.area) / area, 2) / mesh.groups[link.group].area;
-    if (const double light = std::max(irradiance_[g], floor); light > 0) gain[g] = per_area / light;
+    // Where no ray has found any, light is none that could be told from what leaks.
+    if (irradiance_[g] > 0) gain[g] = per_area / std::max(irradiance_[g], floor);
   }
   sweep(importance, [&](std::size_t g) {
     double sum = 0;
