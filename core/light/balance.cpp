@@ -72,6 +72,9 @@ void balance(Solution& solution, const Parallel& parallel) {
   if (!solution.converged || !(all.direct > 0) || !(kept > 0)) return;
   const EnergyLedger& energy = solution.energy;
   const double sent = all.emitted - escaped.emitted;
+  // What is not shot yet has not failed to arrive.
+  const double unshot = energy.unshot * energy.unshot;
+  emitted_variance += unshot, variance += unshot;
   solution.energy.gain_direct =
       told((sent + energy.mirrored_direct) / all.direct, emitted_variance / (all.direct * all.direct));
   const double left =
