@@ -268,14 +268,17 @@ class IslandTask {
 
   /// Transfer into the receivers of a cluster that are near: what points all over the source see of each.
   void add_near(const Cluster& cluster, std::uint32_t index, const ShotPart& part, Share share) {
-    const NearPoints points(part.source, gap_between(cluster, near_, part.source));
     float factor[16] = {};
-    for (std::uint32_t k = 0; k < points.packet_count(); ++k) {
-      const Receivers16 places = points.packet(k);
-      for (std::uint32_t left = near_; left != 0; left &= left - 1) {
-        const int lane = __builtin_ctz(left);
-        factor[lane] += sum_seen(places, outline(cluster, lane)) * points.share(cluster.area[lane]);
-      }
+    if (!answers_.are_read()) find_near_factors(cluster, part.source, factor);
+    // They are noted, like shadows, and used as they are noted. In steps of their roots, the sum of all keeps five digits.
+    constexpr float steps = 65535.f;
+    for (std::uint32_t left = near_; left != 0; left &= left - 1) {
+      const int lane = __builtin_ctz(left);
+      const float root = static_cast<float>(answers_.answer([&] {
+                           return static_cast<std::uint32_t>(std::lround(steps * std::sqrt(std::min(factor[lane], 1.f))));
+                         })) / steps;
+      factor[lane] = root * root;
+      if (answers_.are_read()) ++work_.rays, ++work_.rays_saved, ++work_.rays_remembered;
     }
     std::uint32_t sees = 0;
     for (int lane = 0; lane < 16; ++lane) {
@@ -288,23 +291,29 @@ class IslandTask {
     if (sees != 0) settle({index, item_, &part, share, sees});
   }
 
+  /// Of the near lanes: what points all over the source see of each.
+  void find_near_factors(const Cluster& cluster, const FlatSource& source, float (&factor)[16]) {
+    const NearPoints points(source, gap_between(cluster, near_, source));
+    for (std::uint32_t k = 0; k < points.packet_count(); ++k) {
+      const Receivers16 places = points.packet(k);
+      for (std::uint32_t left = near_; left != 0; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        factor[lane] += sum_seen(places, outline(cluster, lane)) * points.share(cluster.area[lane]);
+      }
+    }
+  }
+
   /// Σ F(s -> R) over those of 16 points that see the receiver. These rays are not looked up: hulls hold no outlines of receivers.
   float sum_seen(const Receivers16& points, const NearReceiver& receiver) {
     work_.form_factors += 16;
     const std::uint32_t asked =
         kernels_.factor16(points, 0xffff, receiver.outline, receiver.aim, 0, view_.offset, factors_);
     if (asked == 0) return 0.f;
-    const auto count = static_cast<std::uint64_t>(__builtin_popcount(asked));
-    work_.rays += count;
-    if (answers_.are_read()) work_.rays_saved += count, work_.rays_remembered += count;
-    const std::uint32_t sees = answers_.answer([&] {
-      scene_.rays.occluded16(factors_.segments, factors_.seen);
-      std::uint32_t blocked = 0;
-      for (int s = 0; s < 16; ++s) blocked |= (factors_.segments.tfar[s] < 0.f ? 1u : 0u) << s;
-      return asked & ~blocked;
-    });
+    work_.rays += static_cast<std::uint64_t>(__builtin_popcount(asked));
+    scene_.rays.occluded16(factors_.segments, factors_.seen);
     float sum = 0;
-    for (int s = 0; s < 16; ++s) sum += sees >> s & 1 ? factors_.factor[s] : 0.f;
+    for (int s = 0; s < 16; ++s)
+      if ((asked >> s & 1) != 0 && factors_.segments.tfar[s] >= 0.f) sum += factors_.factor[s];
     return sum;
   }
 
