@@ -81,10 +81,11 @@ std::vector<Segments16> own_packets(const BenchCase& scene, const PacketScene& p
   const TransferOptions options;
   PacketSample sample;
   constexpr float everywhere = std::numeric_limits<float>::infinity();
-  const TransferScene into{*scene.mesh(),  packets.tree, packets.rays, occluders, outlines, options,
-                           packets.origin, everywhere,   true,         nullptr,   &sample};
   const Parallel alone(1);
-  Radiosity unused(*scene.mesh(), packets.tree, GroupExchange(*scene.scene(), *scene.mesh(), alone));
+  const GroupExchange exchange(*scene.scene(), *scene.mesh(), alone);
+  const TransferScene into{*scene.mesh(),  packets.tree, packets.rays, occluders, outlines, options,
+                           packets.origin, everywhere,   exchange,     true,      nullptr,  &sample};
+  Radiosity unused(*scene.mesh(), packets.tree, exchange);
   transfers_of(scene, shots, [&](const Shot& shot) { transfer(shot, nullptr, into, unused, alone); });
   return std::move(sample).full_packets();
 }

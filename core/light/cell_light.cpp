@@ -103,6 +103,7 @@ struct CellLight::Impl {
     double area = 0;
     for (const Patch& patch : mesh->patches) area += patch.area;
     reach = reach_of(area, options);
+    set_light(tree, *exchange);
     hulls_pay = hulls_are_clear();
     std::vector<Vec3> shining;
     for (const Surface& surface : surfaces)
@@ -223,7 +224,8 @@ TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming
   // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
   const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,  impl_->occluders, impl_->outlines,
-                            impl_->options, impl_->origin, impl_->reach, impl_->hulls_pay, answers};
+                            impl_->options, impl_->origin, impl_->reach, *impl_->exchange, impl_->hulls_pay,
+                            answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   impl_->light.note_change();
   return work;

@@ -274,4 +274,23 @@ ReceiverTree receiver_tree(const Mesh& mesh, std::span<const GroupId> groups, co
   return Builder(mesh, origin).build(groups);
 }
 
+void set_light(ReceiverTree& tree, const GroupExchange& exchange) {
+  constexpr float unknown = 3e38f;
+  for (Cluster& cluster : tree.clusters) cluster.light = unknown;
+  std::vector<float> of_patch(tree.patches.size());
+  for (const GroupPlace& group : tree.groups)
+    std::fill_n(of_patch.begin() + group.first_patch, group.patch_count,
+                static_cast<float>(exchange.irradiance(group.mesh_group)));
+  for (Cluster& cluster : tree.clusters)
+    for (int lane = 0; lane < 16; ++lane)
+      if (cluster.lanes >> lane & 1)
+        cluster.light = std::min(cluster.light, of_patch[cluster.first_patch + cluster.patch[lane]]);
+  for (ReceiverNode& node : tree.nodes) {
+    node.light = unknown;
+    for (std::uint32_t i = node.first_item; i < node.first_item + node.item_count; ++i)
+      for (std::uint32_t c = tree.items[i].first_cluster; c < tree.items[i].first_cluster + tree.items[i].cluster_count; ++c)
+        node.light = std::min(node.light, tree.clusters[c].light);
+  }
+}
+
 }  // namespace lichthof

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/footprint.hpp"
+#include "core/light/group_exchange.hpp"
 #include "core/light/kernels/kernels.hpp"
 #include "core/scene/mesh.hpp"
 
@@ -25,6 +26,7 @@ struct Cluster {
   std::uint32_t first_patch = 0;  ///< local number of the first patch
   bool single_patch = false;      ///< all lanes belong to one patch
   bool planar = false;            ///< all lanes lie in one plane
+  float light = 0;                ///< W/m²; the least that core/light/group_exchange forecasts for a lane, channels summed
   float lo[3], hi[3];             ///< bounds of the points (m, local)
   float width = 0;                ///< m; root of the largest area
 };
@@ -40,6 +42,7 @@ struct ReceiverNode {
   std::uint32_t first_item = 0, item_count = 0;
   std::uint32_t right = 0;  ///< index of the second child; the first one follows the node itself; 0: leaf
   std::uint32_t cluster_count = 0;
+  float light = 0;  ///< the least of its clusters
 };
 
 struct PatchPlace {
@@ -67,6 +70,9 @@ struct ReceiverTree {
   std::vector<std::uint32_t> islands;  ///< roots of disjoint subtrees that together hold every item: the parallel tasks
   std::size_t memory_bytes() const { return bytes_of_all(clusters, items, nodes, groups, patches, islands); }
 };
+
+/// Tells clusters and nodes the light that is forecast for them.
+void set_light(ReceiverTree& tree, const GroupExchange& exchange);
 
 /// @param groups  lit groups of the cell
 /// @param origin  world point that becomes the local zero (m)

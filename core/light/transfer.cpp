@@ -59,6 +59,7 @@ struct ShotView {
     }
     plane = centre[0] * normal[0] + centre[1] * normal[1] + centre[2] * normal[2];
     is_luminaire = glm::length(scene.mesh.patches[scene.mesh.groups[shot.group.value].first_patch].exitance) > 0;
+    radiosity = static_cast<float>(scene.exchange.radiosity(shot.group.value));
     if (local.emits) emission = detail_of_luminaire(scene.mesh, shot.group);
     if (scene.options.method == TransferMethod::hemicube)
       items.emplace(shot, scene.outlines, incoming, scene.options.hemicube_resolution, parallel);
@@ -76,6 +77,7 @@ struct ShotView {
   LocalShot local;
   const HemicubeBitmap* incoming;
   ShotPart::Level emission = ShotPart::Level::element;  ///< no coarser than this
+  float radiosity = 0;  ///< forecast for the group (W/m², channels summed): the same for all of its shots
   bool is_luminaire = false;                            ///< of the mesh, whether this shot emits or not
   std::optional<ShadowShooter> shadows;
   std::optional<ItemVisibility> items;  ///< method `hemicube`, instead of shadows
@@ -140,7 +142,8 @@ class IslandTask {
       work_.clusters_behind += node.cluster_count;
       return true;
     }
-    if (distance_to_box(shot_.group().flat, node.lo, node.hi) > shot_.group().radius + scene_.reach) {
+    if (const float distance = distance_to_box(shot_.group().flat, node.lo, node.hi);
+        distance > shot_.group().radius + scene_.reach && share_of_light(shot_.group(), distance, node.light) < least_share) {
       work_.clusters_cut += node.cluster_count;
       return true;
     }
@@ -182,8 +185,11 @@ class IslandTask {
     for (std::uint32_t p = 0; p < all;) {
       const ShotPart& part = shot_.parts[p];
       if (part.level != ShotPart::Level::element) shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
-      const bool is_enough = suffices(part, cluster);
-      const bool reflects = p >= reflected_up_to && is_enough && !part.is_mixed;
+      const float distance = distance_to_box(part.source.flat, cluster.lo, cluster.hi);
+      const bool is_enough = suffices(part, distance) && !part.is_mixed;
+      const bool reflects = p >= reflected_up_to && is_enough &&
+                            (part.level == ShotPart::Level::element ||
+                             share_of_light(part.source, distance, cluster.light) < most_at_once);
       const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
       if (reflects) reflected_up_to = part.end;
       if (emits) emitted_up_to = part.end;
@@ -192,12 +198,19 @@ class IslandTask {
     }
   }
 
-  /// Whether the receivers are far enough to see the part as one.
-  bool suffices(const ShotPart& part, const Cluster& cluster) const {
+  /// Whether receivers at this distance (m) are far enough to see the part as one.
+  bool suffices(const ShotPart& part, float distance) const {
     if (part.level == ShotPart::Level::element) return true;
     const TransferOptions& options = scene_.options;
     const double radii = part.level == ShotPart::Level::patch ? 1 + options.near_factor : options.group_factor;
-    return distance_to_box(part.source.flat, cluster.lo, cluster.hi) > static_cast<float>(radii) * part.source.radius;
+    return distance > static_cast<float>(radii) * part.source.radius;
+  }
+
+  /// Of the light that is forecast for a receiver: what a source could bring it if nothing stood between (1). What can bring much of it
+  /// is asked for in parts: behind a door left open a single ray would tell all of the bright room's wall, or nothing.
+  float share_of_light(const FlatSource& source, float distance, float light) const {
+    const float area = 2 * source.radius * source.radius;  // of a square
+    return view_.radiosity * area / (std::numbers::pi_v<float> * distance * distance * std::max(light, 1e-30f));
   }
 
   /// The paper's transfer: patch by patch, each receiver seen or not from the centre of the shooting patch.
@@ -503,6 +516,7 @@ class IslandTask {
   std::uint32_t item_ = 0;                    ///< the one under way
   std::vector<std::uint32_t> touched_items_;  ///< items that something arrived at
   static constexpr std::uint32_t clusters_worth_a_test = 3, clusters_worth_a_ray = 8;
+  static constexpr float most_at_once = 0.2f, least_share = 1e-4f;
 };
 
 }  // namespace

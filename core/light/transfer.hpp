@@ -24,6 +24,7 @@ struct TransferScene {
   const TransferOptions& options;
   const Vec3& origin;
   float reach;                         ///< m; see reach_of()
+  const GroupExchange& exchange;       ///< of the mesh
   bool in_hulls = true;                ///< see core/light/shadows
   VisibilityCache* answers = nullptr;  ///< of earlier shots into this scene; nullptr: every ray is asked anew
   PacketObserver* observer = nullptr;  ///< with one thread only
