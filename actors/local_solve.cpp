@@ -146,16 +146,15 @@ Solution solve(const SolveRun& run) {
 
   Solution solution = blank_solution(run.scene, run.mesh);
   solution.options = run.options;
-  std::vector<ExpectedLight::Unshot> unshot(run.mesh->groups.size());
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    lights[k]->store(solution), lights[k]->unshot(unshot);
+    lights[k]->store(solution);
     solution.counters += cells[k]->counters();
     const CellPower power = lights[k]->power();
     solution.energy.emitted += sum_channels(power.emitted);
     solution.energy.absorbed += sum_channels(power.absorbed);
     solution.energy.unshot += sum_channels(power.unshot);
   }
-  set_pending(solution, *exchange, unshot);
+  set_pending(solution, *exchange);
   cells.clear(), lights.clear();  // what comes next needs room of its own
   if (begun) {
     solution.energy.mirrored = begun->energy.mirrored;

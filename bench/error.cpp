@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "bench/measure.hpp"
+#include "core/light/stopping.hpp"
 #include "core/tracing/probe.hpp"
 
 namespace lichthof::bench {
@@ -30,9 +31,9 @@ constexpr int most_finer = 2;
 constexpr double finer_than_errors = 2;
 
 /// Finer meshes deserve a later end: the error of the mesh falls with the size of an element, and so does eps.
-double eps_of(std::uint32_t elements) {
-  const SolveOptions usual;
-  return usual.eps * std::sqrt(static_cast<double>(usual.mesh.target_elements) / elements);
+double eps_of(const BenchCase& scene, std::uint32_t elements) {
+  const double usual = default_eps(*scene.scene(), *scene.mesh(), TransferMethod::rays);
+  return usual * std::sqrt(static_cast<double>(MeshOptions{}.target_elements) / elements);
 }
 
 /// What is made of a first pass at the points.
@@ -95,13 +96,13 @@ class Sweep {
   Status first_pass(TransferMethod transfer, std::uint32_t elements, const std::vector<Reading>& readings) {
     show(std::string(transfer == TransferMethod::rays ? "rays" : "hemicube") + ", " + std::to_string(elements) +
          " elements");
-    const double eps = eps_of(elements);
+    const double eps = eps_of(scene_, elements);
     return first_pass(eps, false, readings, [&] { return scene_.solve_with(elements, eps, transfer); });
   }
 
   Status refined(std::uint32_t elements, double keep) {
     show(std::to_string(elements) + " elements, refined");
-    const double eps = eps_of(elements);
+    const double eps = eps_of(scene_, elements);
     return first_pass(eps, true, {as_it_is}, [&] { return scene_.solve_refined(elements, eps, keep); });
   }
 

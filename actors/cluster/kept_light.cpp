@@ -17,7 +17,7 @@ Status kept(KeptLight& light, const std::optional<std::string>& base, const std:
   if (Status put = put_images(*solution, images); !put) return put;
   solution->converged = light.is_end;
   const Parallel parallel(options.threads);
-  set_pending(*solution, GroupExchange(*solution->scene, *solution->mesh, parallel), unshot_of(*solution));
+  set_pending(*solution, GroupExchange(*solution->scene, *solution->mesh, parallel));
   if (light.is_end) balance(*solution, parallel);
   const std::string path =
       options.folder + "/light." + std::to_string(light.job.value) + "." + std::to_string(light.sequence);

@@ -95,8 +95,7 @@ struct CellLight::Impl {
         covering(own ? covering_surfaces(*scene, surfaces, box, rim) : std::vector<CoveringSurface>{}),
         origin(local_origin()), tree(receiver_tree(*mesh, lit_groups(groups), origin)),
         rays(*scene, surfaces, origin, Glass::clear), occluders(*scene, surfaces, origin, rays.offset()),
-        exchange(exchange_ ? std::move(exchange_)
-                           : std::make_shared<const GroupExchange>(*scene, *mesh, *parallel)),
+        exchange(exchange_ ? std::move(exchange_) : std::make_shared<const GroupExchange>(*scene, *mesh, *parallel)),
         light(*mesh, tree, *exchange),
         outlines(*mesh, options.method == TransferMethod::hemicube ? std::span(groups) : std::span<const GroupId>{}),
         answers(options.visibility_cache_bytes) {
@@ -223,9 +222,9 @@ Shot CellLight::take_shot(GroupId group_id, ShotId id, SceneVersion version) {
 TransferWork CellLight::receive(const Shot& shot, const HemicubeBitmap* incoming) {
   // A foreign shot's packets depend on its bitmap, which stands where that shot's light is: its answers are its own.
   VisibilityCache* const answers = incoming ? nullptr : &impl_->answers;
-  const TransferScene scene{*impl_->mesh,   impl_->tree,   impl_->rays,  impl_->occluders, impl_->outlines,
-                            impl_->options, impl_->origin, impl_->reach, *impl_->exchange, impl_->hulls_pay,
-                            answers};
+  const TransferScene scene{*impl_->mesh,     impl_->tree,      impl_->rays,   impl_->occluders,
+                            impl_->outlines,  impl_->options,   impl_->origin, impl_->reach,
+                            *impl_->exchange, impl_->hulls_pay, answers};
   const TransferWork work = transfer(shot, incoming, scene, impl_->light, *impl_->parallel);
   impl_->light.note_change();
   return work;
@@ -320,11 +319,6 @@ void CellLight::set_reflectance(std::uint32_t material, const Rgb& reflectance) 
 }
 
 CellPower CellLight::power() const { return impl_->light.power(); }
-
-void CellLight::unshot(std::span<ExpectedLight::Unshot> of_groups) const {
-  const std::vector<GroupPlace>& groups = impl_->tree.groups;
-  for (std::size_t g = 0; g < groups.size(); ++g) of_groups[groups[g].mesh_group] = impl_->light.unshot(g);
-}
 
 void CellLight::store(Solution& solution) const {
   for (std::size_t k = 0; k < impl_->tree.clusters.size(); ++k) {

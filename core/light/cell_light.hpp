@@ -134,8 +134,6 @@ class CellLight {
   void set_reflectance(std::uint32_t material, const Rgb& reflectance);  ///< ρ moves, H is kept (§2.1)
 
   CellPower power() const;
-  /// Puts what the groups of this cell have not shot into its places; index as Mesh::groups.
-  void unshot(std::span<ExpectedLight::Unshot> of_groups) const;
   /// Copies this cell's elements into the global arrays of the solution, and back (resume). Solution::pending is for set_pending()
   /// to find, from all cells.
   void store(Solution& solution) const;

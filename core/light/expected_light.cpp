@@ -64,8 +64,8 @@ void for_each_element(const Mesh& mesh, const Group& group, Visit&& visit) {
     for (std::uint32_t k = 0; k < mesh.patches[p].element_count; ++k)
       visit(mesh.patches[p], mesh.patches[p].first_element + k);
 }
-}  // namespace
 
+/// Index as Mesh::groups.
 std::vector<ExpectedLight::Unshot> unshot_of(const Solution& solution) {
   const Mesh& mesh = *solution.mesh;
   std::vector<ExpectedLight::Unshot> unshot(mesh.groups.size());
@@ -79,12 +79,14 @@ std::vector<ExpectedLight::Unshot> unshot_of(const Solution& solution) {
   return unshot;
 }
 
-void set_pending(Solution& solution, const GroupExchange& exchange, std::span<const ExpectedLight::Unshot> unshot) {
+}  // namespace
+
+void set_pending(Solution& solution, const GroupExchange& exchange) {
   const Mesh& mesh = *solution.mesh;
   std::vector<std::uint32_t> groups(mesh.groups.size());
   std::iota(groups.begin(), groups.end(), 0u);
   ExpectedLight expected(exchange, mesh, groups);
-  expected.find(unshot);
+  expected.find(unshot_of(solution));
   for (std::size_t g = 0; g < groups.size(); ++g) {
     Rgb received_w{0.0};
     for_each_element(mesh, mesh.groups[g], [&](const Patch&, std::uint32_t e) {

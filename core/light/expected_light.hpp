@@ -41,9 +41,8 @@ class ExpectedLight {
 };
 
 struct Solution;
-/// What the groups of a solution have not shot, by the emission and reflectance of its mesh; index as Mesh::groups.
-std::vector<ExpectedLight::Unshot> unshot_of(const Solution& solution);
-/// Solution::pending of a whole scene: nowhere more than what has arrived there. @param unshot  index as Mesh::groups
-void set_pending(Solution& solution, const GroupExchange& exchange, std::span<const ExpectedLight::Unshot> unshot);
+/// Solution::pending of a whole scene, by the emission and reflectance of its mesh: nowhere more than what has arrived there. The same
+/// to the last bit for the same light, wherever it comes from.
+void set_pending(Solution& solution, const GroupExchange& exchange);
 
 }  // namespace lichthof

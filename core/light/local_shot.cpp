@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/random.hpp"
 #include "core/light/near_field.hpp"
 
 namespace lichthof {
@@ -20,16 +21,18 @@ std::vector<Vec3> world_corners(const Plane& plane, std::span<const Vec2> corner
 /// An element as shadow rays see it, in the local frame.
 struct AimedPlace {
   Vec3 middle;
-  float area;      ///< m²
-  float openness;  ///< in [0, 1]
-  Rgbf reflected;  ///< W/m²
+  Vec3 across, along;  ///< edges (m); none where it is not a rectangle
+  float area;          ///< m²
+  float openness;      ///< in [0, 1]
+  Rgbf reflected;      ///< W/m²
 };
 
-/// Sets of 16 places of a source: together they have most of 64.
-constexpr int aim_sets = 4;
+/// Sets of 16 places of a source. Receivers behind a slit see a little of it each, and together all of it evenly.
+constexpr int aim_sets = 16;
 
-/// 16 places, one from each of 16 strata. Most rays aim where it is open, for from under furniture comes little light; some do
-/// everywhere, so that no place weighs more than ten of those [Hesterberg95].
+/// 16 places, one from each of 16 strata, somewhere on the element that is met there: middles alone would fall into step with slits and
+/// slats. Most rays aim where it is open, for from under furniture comes little light; some do everywhere, so that no place weighs more
+/// than ten of those [Hesterberg95].
 Aims aims_of_set(std::span<const AimedPlace> places, int set) {
   constexpr float open_share = 0.9f;
   float area = 0, open_area = 0;
@@ -48,10 +51,12 @@ Aims aims_of_set(std::span<const AimedPlace> places, int set) {
     const AimedPlace& place = places[next];
     // Neighbouring lanes take strata far apart: stratum = 5 lane, mod 16.
     const int lane = stratum * 13 & 15;
+    const Vec2 spot = r2_point(static_cast<std::uint32_t>(16 * set + stratum), Vec2{0.0}) - 0.5;
+    const Vec3 aim = place.middle + spot.x * place.across + spot.y * place.along;
     for (const int l : {lane, lane + 16}) {
-      aims.place.x[l] = static_cast<float>(place.middle.x);
-      aims.place.y[l] = static_cast<float>(place.middle.y);
-      aims.place.z[l] = static_cast<float>(place.middle.z);
+      aims.place.x[l] = static_cast<float>(aim.x);
+      aims.place.y[l] = static_cast<float>(aim.y);
+      aims.place.z[l] = static_cast<float>(aim.z);
       aims.weight[l] = 1 / density(place);
       for (int c = 0; c < 3; ++c) aims.reflected[c][l] = place.reflected[c];
     }
@@ -193,8 +198,11 @@ class PartsOfShot {
             {ShotPart::Level::element, end, false,
              source_of(shot_.plane, corners_, origin_, patch.delta[place] - patch.emitted, patch.emitted)});
         const FlatShooter& f = local_.parts.back().source.flat;
-        places_.push_back(
-            {Vec3{f.cx, f.cy, f.cz}, patch.area[place], patch.openness[place], patch.delta[place] - patch.emitted});
+        const auto edge = [&](const Vec2& from, const Vec2& to) {
+          return corners_.size() == 4 && rectangular ? shot_.plane.point(to) - shot_.plane.point(from) : Vec3{0.0};
+        };
+        places_.push_back({Vec3{f.cx, f.cy, f.cz}, edge(corners_[0], corners_[1]), edge(corners_[1], corners_[2]),
+                           patch.area[place], patch.openness[place], patch.delta[place] - patch.emitted});
         set_aims(local_.parts.back().source, std::span(places_).last(1), 1);
       }
     finish(part, first_place);
@@ -211,7 +219,7 @@ class PartsOfShot {
         local_.aims[local_.parts[e].source.first_aims].place = places_over(local_.parts[e].source.flat);
     // A shot from a peer may have none.
     const FlatShooter& f = local_.parts[part].source.flat;
-    const AimedPlace middle{Vec3{f.cx, f.cy, f.cz}, 1.f, 1.f, Rgbf{0.f}};
+    const AimedPlace middle{Vec3{f.cx, f.cy, f.cz}, Vec3{0.0}, Vec3{0.0}, 1.f, 1.f, Rgbf{0.f}};
     set_aims(local_.parts[part].source, places.empty() ? std::span(&middle, 1) : places,
              places.size() > 16 ? aim_sets : 1);
   }

@@ -27,9 +27,7 @@ void shoot_in_one_cell(Solution& solution, double eps, const Parallel& parallel)
   for (auto next = light.strongest(); next.power_w > least; next = light.strongest())
     light.receive(light.take_shot(next.group, {CellId{0}, shots++}, {}), nullptr);
   light.store(solution);
-  std::vector<ExpectedLight::Unshot> unshot(solution.mesh->groups.size());
-  light.unshot(unshot);
-  set_pending(solution, *exchange, unshot);
+  set_pending(solution, *exchange);
 }
 
 Solution blank_solution(std::shared_ptr<const Scene> scene, std::shared_ptr<const Mesh> mesh) {

@@ -288,7 +288,8 @@ void set_light(ReceiverTree& tree, const GroupExchange& exchange) {
   for (ReceiverNode& node : tree.nodes) {
     node.light = unknown;
     for (std::uint32_t i = node.first_item; i < node.first_item + node.item_count; ++i)
-      for (std::uint32_t c = tree.items[i].first_cluster; c < tree.items[i].first_cluster + tree.items[i].cluster_count; ++c)
+      for (std::uint32_t c = tree.items[i].first_cluster; c < tree.items[i].first_cluster + tree.items[i].cluster_count;
+           ++c)
         node.light = std::min(node.light, tree.clusters[c].light);
   }
 }

@@ -26,9 +26,9 @@ struct Cluster {
   std::uint32_t first_patch = 0;  ///< local number of the first patch
   bool single_patch = false;      ///< all lanes belong to one patch
   bool planar = false;            ///< all lanes lie in one plane
-  float light = 0;                ///< W/m²; the least that core/light/group_exchange forecasts for a lane, channels summed
-  float lo[3], hi[3];             ///< bounds of the points (m, local)
-  float width = 0;                ///< m; root of the largest area
+  float light = 0;     ///< W/m²; the least that core/light/group_exchange forecasts for a lane, channels summed
+  float lo[3], hi[3];  ///< bounds of the points (m, local)
+  float width = 0;     ///< m; root of the largest area
 };
 
 /// One or more whole groups with their clusters: the unit that islands are made of.

@@ -21,7 +21,7 @@ struct SolveOptions {
   MeshOptions mesh;
   std::array<std::uint32_t, 3> cells{1, 1, 1};
   std::uint32_t hemicube_resolution = 128;   ///< pixels along an edge of the top face
-  double eps = 1e-4;                         ///< of the largest initial unshot power
+  double eps = 1e-3;  ///< of the largest initial unshot power, weighed by where it arrives (core/light/group_exchange)
   TransferMethod method = TransferMethod::rays;
 };
 

@@ -77,8 +77,8 @@ struct ShotView {
   LocalShot local;
   const HemicubeBitmap* incoming;
   ShotPart::Level emission = ShotPart::Level::element;  ///< no coarser than this
-  float radiosity = 0;  ///< forecast for the group (W/m², channels summed): the same for all of its shots
-  bool is_luminaire = false;                            ///< of the mesh, whether this shot emits or not
+  float radiosity = 0;        ///< forecast for the group (W/m², channels summed): the same for all of its shots
+  bool is_luminaire = false;  ///< of the mesh, whether this shot emits or not
   std::optional<ShadowShooter> shadows;
   std::optional<ItemVisibility> items;  ///< method `hemicube`, instead of shadows
   float offset, plane = 0;
@@ -143,7 +143,8 @@ class IslandTask {
       return true;
     }
     if (const float distance = distance_to_box(shot_.group().flat, node.lo, node.hi);
-        distance > shot_.group().radius + scene_.reach && share_of_light(shot_.group(), distance, node.light) < least_share) {
+        distance > shot_.group().radius + scene_.reach &&
+        share_of_light(shot_.group(), distance, node.light) < least_share) {
       work_.clusters_cut += node.cluster_count;
       return true;
     }
@@ -185,11 +186,8 @@ class IslandTask {
     for (std::uint32_t p = 0; p < all;) {
       const ShotPart& part = shot_.parts[p];
       if (part.level != ShotPart::Level::element) shadows_->enter_part(p == 0 ? nullptr : &part.source.box);
-      const float distance = distance_to_box(part.source.flat, cluster.lo, cluster.hi);
-      const bool is_enough = suffices(part, distance) && !part.is_mixed;
-      const bool reflects = p >= reflected_up_to && is_enough &&
-                            (part.level == ShotPart::Level::element ||
-                             share_of_light(part.source, distance, cluster.light) < most_at_once);
+      const bool is_enough = suffices(part, cluster);
+      const bool reflects = p >= reflected_up_to && is_enough && !part.is_mixed;
       const bool emits = p >= emitted_up_to && is_enough && part.level >= view_.emission;
       if (reflects) reflected_up_to = part.end;
       if (emits) emitted_up_to = part.end;
@@ -198,16 +196,15 @@ class IslandTask {
     }
   }
 
-  /// Whether receivers at this distance (m) are far enough to see the part as one.
-  bool suffices(const ShotPart& part, float distance) const {
+  /// Whether the receivers are far enough to see the part as one.
+  bool suffices(const ShotPart& part, const Cluster& cluster) const {
     if (part.level == ShotPart::Level::element) return true;
     const TransferOptions& options = scene_.options;
     const double radii = part.level == ShotPart::Level::patch ? 1 + options.near_factor : options.group_factor;
-    return distance > static_cast<float>(radii) * part.source.radius;
+    return distance_to_box(part.source.flat, cluster.lo, cluster.hi) > static_cast<float>(radii) * part.source.radius;
   }
 
-  /// Of the light that is forecast for a receiver: what a source could bring it if nothing stood between (1). What can bring much of it
-  /// is asked for in parts: behind a door left open a single ray would tell all of the bright room's wall, or nothing.
+  /// Of the light that is forecast for a receiver: what a source could bring it if nothing stood between (1).
   float share_of_light(const FlatSource& source, float distance, float light) const {
     const float area = 2 * source.radius * source.radius;  // of a square
     return view_.radiosity * area / (std::numbers::pi_v<float> * distance * distance * std::max(light, 1e-30f));
@@ -287,9 +284,11 @@ class IslandTask {
     constexpr float steps = 65535.f;
     for (std::uint32_t left = near_; left != 0; left &= left - 1) {
       const int lane = __builtin_ctz(left);
-      const float root = static_cast<float>(answers_.answer([&] {
-                           return static_cast<std::uint32_t>(std::lround(steps * std::sqrt(std::min(factor[lane], 1.f))));
-                         })) / steps;
+      const float root =
+          static_cast<float>(answers_.answer([&] {
+            return static_cast<std::uint32_t>(std::lround(steps * std::sqrt(std::min(factor[lane], 1.f))));
+          })) /
+          steps;
       factor[lane] = root * root;
       if (answers_.are_read()) ++work_.rays, ++work_.rays_saved, ++work_.rays_remembered;
     }
@@ -427,8 +426,8 @@ class IslandTask {
       // Behind a receiver's horizon there is nothing to aim at: the kernel chose another place, which stands for the whole.
       const bool is_mean = is_behind(cluster.points, lane, aims.place, place);
       // Bitmaps weaken factors by what is hidden of the whole source.
-      const float weight = (is_mean ? 1.f : aims.weight[place]) *
-                           exchange(cluster, source.flat, lane) * cluster.area[lane] * visible_[lane];
+      const float weight = (is_mean ? 1.f : aims.weight[place]) * exchange(cluster, source.flat, lane) *
+                           cluster.area[lane] * visible_[lane];
       all += area, weights += weight;
       if ((arrival.sees >> lane & 1) == 0) continue;
       all_seen += area, weights_seen += weight;
@@ -437,8 +436,8 @@ class IslandTask {
     Sent sent;
     if (!(weights > 0) || !(all_seen > 0)) return sent;
     // Lanes whose factors are less than this share of all have nothing to tell, and what is divided by them may be beyond all numbers.
-    constexpr float least_share = 1e-6f;
-    const float scale = all / std::max(all_seen, least_share * all);
+    constexpr float least_seen = 1e-6f;
+    const float scale = all / std::max(all_seen, least_seen * all);
     for (int c = 0; c < 3; ++c) {
       sent.reflected[c] = reflected[c] / weights * scale;
       sent.emitted[c] = source.emitted[c] * (weights_seen / weights) * scale;
@@ -507,7 +506,7 @@ class IslandTask {
   std::size_t item_patch_ = 0;
   IslandAnswers answers_;
   Factors16 factors_;
-  alignas(64) float visible_[16];  ///< what nearer cells leave of the source (1)
+  alignas(64) float visible_[16];       ///< what nearer cells leave of the source (1)
   std::uint32_t asked_ = 0;             ///< lanes of factors_ whose shadow rays are asked
   std::uint32_t near_ = 0;              ///< lanes that see the part as outlines
   std::uint32_t outlined_ = 0;          ///< lanes of the cluster under way whose outlines are known
@@ -516,7 +515,7 @@ class IslandTask {
   std::uint32_t item_ = 0;                    ///< the one under way
   std::vector<std::uint32_t> touched_items_;  ///< items that something arrived at
   static constexpr std::uint32_t clusters_worth_a_test = 3, clusters_worth_a_ray = 8;
-  static constexpr float most_at_once = 0.2f, least_share = 1e-4f;
+  static constexpr float least_share = 1e-4f;
 };
 
 }  // namespace

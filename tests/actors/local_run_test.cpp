@@ -102,9 +102,7 @@ Solution plain_loop(const actors::SolveRun& run) {
   for (auto* values : {&solution.irradiance, &solution.direct_irradiance, &solution.shot, &solution.pending})
     values->resize(run.mesh->elements.size(), Rgbf{0.f});
   light.store(solution);
-  std::vector<ExpectedLight::Unshot> unshot(run.mesh->groups.size());
-  light.unshot(unshot);
-  set_pending(solution, *exchange, unshot);
+  set_pending(solution, *exchange);
   solution.counters.shots = shots;
   return solution;
 }

@@ -44,7 +44,7 @@ struct RealRun {
     solution.shot.resize(mesh->elements.size());
     solution.pending.resize(mesh->elements.size());
     for (const auto& light : lights) light->store(solution);
-    set_pending(solution, *exchange, unshot_of(solution));
+    set_pending(solution, *exchange);
   }
   std::shared_ptr<const CellGrid> grid;
   std::vector<std::shared_ptr<CellLight>> lights;

@@ -47,12 +47,12 @@ class OneCell {
   }
   void solve(double eps) { solve_to(eps * light.largest_initial_power()); }
 
-  Solution solution() const {
-    Solution solution = blank_solution(scene, mesh);
+  Solution solution() const { return solution_by(mesh); }
+  /// @param changed  the mesh with emission and reflectance as they have become
+  Solution solution_by(std::shared_ptr<const Mesh> changed) const {
+    Solution solution = blank_solution(scene, std::move(changed));
     light.store(solution);
-    std::vector<ExpectedLight::Unshot> unshot(mesh->groups.size());
-    light.unshot(unshot);
-    set_pending(solution, *exchange, unshot);
+    set_pending(solution, *exchange);
     return solution;
   }
 
