@@ -72,14 +72,18 @@ std::uint32_t near_lanes_of(const Cluster& cluster, const FlatSource& source, fl
   for (int lane = 0; lane < 16; ++lane) {
     const float width = std::sqrt(cluster.area[lane]);
     const float x = r.x[lane] - f.cx, y = r.y[lane] - f.cy, z = r.z[lane] - f.cz;
-    const bool faces = r.nx[lane] * f.nx + r.ny[lane] * f.ny + r.nz[lane] * f.nz <= turned;
+    const float turn = r.nx[lane] * f.nx + r.ny[lane] * f.ny + r.nz[lane] * f.nz;
+    const bool faces = turn <= turned;
     const float height = height_over(f, r, lane);
+    // Behind its plane nothing is seen of a source: of two walls back to back, with less than an element between, neither sees the other.
+    const float tilt = std::sqrt(std::max(1 - turn * turn, 0.f)), height_there = -(x * r.nx[lane] + y * r.ny[lane] + z * r.nz[lane]);
+    const bool is_in_front = height > -width * tilt && height_there > -source.radius * tilt;
     const float highest =
         std::clamp(near_height * width - 1.4f * source.radius, even_height * width, near_height * width);
     const float reach =
         source.radius + width * std::clamp(5 * std::sqrt(std::max(height, 0.f) / width), 1.f, near_distance);
-    const bool is_near = x * x + y * y + z * z < reach * reach && height < highest && height > -width;
-    near |= (faces && is_near ? 1u : 0u) << lane;
+    const bool is_near = x * x + y * y + z * z < reach * reach && height < highest;
+    near |= (faces && is_in_front && is_near ? 1u : 0u) << lane;
   }
   return near & cluster.lanes;
 }
