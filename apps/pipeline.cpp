@@ -29,7 +29,7 @@ namespace {
 constexpr double gather_error = 0.02, usual_points = 500, least_gather_error = 0.012, most_gather_error = 0.03;
 // Sensor points are written with 6 or 7 digits: this far from a surface counts as on it, in sizes of the scene.
 constexpr double on_surface = 1e-5;
-constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
+constexpr std::uint32_t default_reference_samples = 64;
 
 double emitted_power_w(const Scene& scene) {
   double power = 0;
@@ -85,8 +85,8 @@ ReadingNoise reading_noise(const CheckPoints& places, const std::vector<PointLig
   double direct = 0, indirect = 0, all = 0;
   for (std::size_t i = 0; i < one.size(); ++i) {
     const CheckPoint& point = places.points[i];
-    const Rgb d = point.share * (one[i].direct - other[i].direct), r = point.share * (one[i].indirect - other[i].indirect),
-              total = point.share * one[i].total();
+    const Rgb d = point.share * (one[i].direct - other[i].direct),
+              r = point.share * (one[i].indirect - other[i].indirect), total = point.share * one[i].total();
     direct += 2 * point.weight * glm::dot(d, d), indirect += 0.5 * point.weight * glm::dot(r, r);
     all += point.weight * glm::dot(total, total);
   }
@@ -335,7 +335,7 @@ std::unique_ptr<const ColumnSource> Run::column_source(const Camera& camera, con
                                                : TracingMethod::two_pass;
   wish.camera = camera;
   wish.width = wanted.width, wish.height = wanted.height;
-  wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : default_samples);
+  wish.samples = wanted.samples.value_or(wish.path_tracing ? default_reference_samples : TracingOptions{}.samples);
   wish.gather_rays = wanted.gather_rays.value_or(0);
   wish.stop = &interruption_.asked();
   return picture_source(lit_scene(), wish);
@@ -416,8 +416,8 @@ Run::Checked Run::check(const LitScenePtr& scene, const CheckPoints& places, con
   if (!knobs.direct_is_solved()) {
     ProbeOptions again = reading;
     again.seed = mix64(effort.seed), again.direct_rounds *= 2;
-    checked.noise =
-        reading_noise(places, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays), knobs.is_gathered());
+    checked.noise = reading_noise(places, light, sensor_light(scene, sensors, again, *parallel_, record_.traced_rays),
+                                  knobs.is_gathered());
   }
   record_.traced_rays += checked.estimate.rays;
   record_.seconds.check += watch.seconds();

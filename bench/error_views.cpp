@@ -67,7 +67,7 @@ Panel error_panel(const ErrorReport& report) {
 }
 
 Panel growth_panel(std::span<const ErrorReport> reports) {
-  Panel panel{"cost of the first pass, eps 1e-3", {"elements"}, {"CPU time (s)"}, {}, Panel::Key::upper_left};
+  Panel panel{"cost of the first pass, eps 2e-3", {"elements"}, {"CPU time (s)"}, {}, Panel::Key::upper_left};
   for (std::size_t k = 0; k < reports.size(); ++k) {
     char exponent[32];
     std::snprintf(exponent, sizeof exponent, " ~ N^%.2f", reports[k].growth_exponent);

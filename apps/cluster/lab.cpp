@@ -35,7 +35,7 @@ using actors::LabView;
 using actors::NodeView;
 
 constexpr std::chrono::milliseconds view_lives = 200ms, picture_lives = 60s;
-constexpr std::uint32_t default_samples = 4, default_reference_samples = 64;
+constexpr std::uint32_t default_reference_samples = 64;
 constexpr std::uint32_t most_pixels = 1u << 28;
 /// A node's process with the whole solution, beside what each of its patches takes.
 constexpr std::uint64_t process_bytes = 64u << 20, bytes_per_element = 200;
@@ -211,8 +211,8 @@ Expected<Wished> wished(const nlohmann::json& options, std::size_t nodes) {
   const auto hemicube = number<std::uint32_t>(options, "hemicube", w.hemicube, 2, 4096);
   const auto width = number<std::uint32_t>(options, "width", 640, 1, 65536),
              height = number<std::uint32_t>(options, "height", 480, 1, 65536);
-  const auto samples =
-      number<std::uint32_t>(options, "samples", is_reference ? default_reference_samples : default_samples, 1, 1e6);
+  const auto samples = number<std::uint32_t>(
+      options, "samples", is_reference ? default_reference_samples : TracingOptions{}.samples, 1, 1e6);
   const auto gather = number<std::uint32_t>(options, "gather", 0, 0, 1e6);
   for (const auto* value : {&patch, &element, &eps})
     if (!*value) return value->error();

@@ -10,7 +10,7 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
           "one that frames the scene)")
       ->option_text("CAMERA");
   add_size_option(command, options.size);
-  command.add_option("--samples", options.samples, "rays per pixel (default 4; reference 64)")
+  command.add_option("--samples", options.samples, "rays per pixel (default 8; reference 64)")
       ->check(number_within(1, 1 << 20))
       ->option_text("N");
   command

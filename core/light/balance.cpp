@@ -35,11 +35,11 @@ Powers powers_of(const Solution& solution, const Group& group) {
   return sum;
 }
 
-/// As much of what differs from 1 as is more than chance [James61]. Light that would have to be none or negative tells of
-/// something else than factors that err, and stays as it is.
+/// As much of what differs from 1 as is more than chance: the mean of what a gain may be, by what it usually is and what was measured
+/// [James61]. Light that would have to be none or negative tells of something else than factors that err, and stays as it is.
 double told(double gain, double variance) {
-  const double difference = gain - 1, square = difference * difference;
-  return gain > 0 && square > variance ? 1 + difference * (1 - variance / square) : 1;
+  constexpr double usual = 0.05 * 0.05;  // variance of true gains
+  return gain > 0 ? 1 + (gain - 1) * usual / (usual + variance) : 1;
 }
 
 }  // namespace

@@ -39,7 +39,9 @@ std::vector<OpenShare> open_shares(const Scene& scene, const Mesh& mesh, std::sp
         for (; batches < std::ceil(extra_batches * weights[g] / whole); ++batches)
           open += open_rays(mesh, index, batches, rays);
       const double count = batches * GroupRays::count, share = open / count;
-      shares[g] = {share, share * (1 - share) / count};
+      // Where all rays leave, one of as many again might not.
+      const double likely = open > 0 ? (open + 1) / (count + 2) : 0;
+      shares[g] = {share, likely * (1 - likely) / count};
     }
   });
   return shares;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numeric>
 #include <optional>
 
@@ -67,6 +68,28 @@ class ProvingWalk {
       if (!next) return;
       if (next->front) proved[2 * next->surface] = 1;
       point = next->point, normal = next->normal;
+    }
+  }
+
+  /// Marks what light meets on from places where it is known to be. Each side is gone on from where it was met, and not from anywhere on it:
+  /// of a floor what stands on it without a bottom sees places that are dark.
+  /// @param lit_at  a place on each side that has proved lit, and the normal there
+  void spread(std::deque<Landing> lit_at, std::vector<std::uint8_t>& proved) const {
+    constexpr int legs = 16, most_visits = 4;
+    constexpr std::size_t most_rays = 1 << 17;
+    std::vector<std::uint8_t> visits(proved.size(), 0);
+    Random random(0, 6);
+    for (std::size_t rays = 0; !lit_at.empty() && rays < most_rays; rays += legs) {
+      const Landing from = lit_at.front();
+      lit_at.pop_front();
+      for (int k = 0; k < legs; ++k) {
+        const std::optional<Landing> next = leg(from.point + rays_.offset() * from.normal, from.normal, random);
+        if (!next || scene_.material_of(scene_.surfaces[next->surface]).finish == Finish::glass) continue;
+        const std::size_t side = 2 * next->surface + (next->front ? 0 : 1);
+        proved[side] = 1;
+        if (visits[side]++ < most_visits) lit_at.push_back(*next);
+        visits[side] = std::min<std::uint8_t>(visits[side], most_visits);
+      }
     }
   }
 
@@ -152,6 +175,7 @@ std::vector<LitSides> lit_sides(const Scene& scene, const RayScene& rays, double
   };
 
   std::vector<std::uint8_t> proved(2 * count, 0);
+  std::vector<Landing> lit_at(2 * count);
   const ProvingWalk walk(scene, rays, luminaires);
   parallel.for_each(2 * count, [&](std::size_t side) {
     const Surface& surface = scene.surfaces[side / 2];
@@ -159,15 +183,23 @@ std::vector<LitSides> lit_sides(const Scene& scene, const RayScene& rays, double
     const bool back = side % 2;
     if (!back && scene.material_of(surface).emits()) {
       proved[side] = 1;
+      lit_at[side] = {static_cast<std::uint32_t>(side / 2), true, point_of(surface, {0.5, 0.5}), surface.normal};
       return;
     }
     constexpr double walks_per_block = 16;
     const auto walks = static_cast<std::uint32_t>(walks_per_block * blocks_of(surface, 16));
     Random random(side, 1);
     const Vec3 normal = back ? -surface.normal : surface.normal;
-    for (std::uint32_t w = 0; w < walks && !proved[side]; ++w)
-      proved[side] = walk.reaches_light(point_of(surface, {random.unit(), random.unit()}), normal, random);
+    for (std::uint32_t w = 0; w < walks && !proved[side]; ++w) {
+      const Vec3 point = point_of(surface, {random.unit(), random.unit()});
+      proved[side] = walk.reaches_light(point, normal, random);
+      lit_at[side] = {static_cast<std::uint32_t>(side / 2), !back, point, normal};
+    }
   });
+  std::deque<Landing> places;
+  for (std::size_t side = 0; side < 2 * count; ++side)
+    if (proved[side]) places.push_back(lit_at[side]);
+  walk.spread(std::move(places), proved);
 
   Random light(0, 5);
   constexpr int walks_of_light = 4096;

@@ -76,7 +76,8 @@ std::uint32_t near_lanes_of(const Cluster& cluster, const FlatSource& source, fl
     const bool faces = turn <= turned;
     const float height = height_over(f, r, lane);
     // Behind its plane nothing is seen of a source: of two walls back to back, with less than an element between, neither sees the other.
-    const float tilt = std::sqrt(std::max(1 - turn * turn, 0.f)), height_there = -(x * r.nx[lane] + y * r.ny[lane] + z * r.nz[lane]);
+    const float tilt = std::sqrt(std::max(1 - turn * turn, 0.f)),
+                height_there = -(x * r.nx[lane] + y * r.ny[lane] + z * r.nz[lane]);
     const bool is_in_front = height > -width * tilt && height_there > -source.radius * tilt;
     const float highest =
         std::clamp(near_height * width - 1.4f * source.radius, even_height * width, near_height * width);

@@ -20,8 +20,8 @@ enum class TransferMethod : std::uint8_t {
 struct SolveOptions {
   MeshOptions mesh;
   std::array<std::uint32_t, 3> cells{1, 1, 1};
-  std::uint32_t hemicube_resolution = 128;   ///< pixels along an edge of the top face
-  double eps = 1e-3;  ///< of the largest initial unshot power, weighed by where it arrives (core/light/group_exchange)
+  std::uint32_t hemicube_resolution = 128;  ///< pixels along an edge of the top face
+  double eps = 2e-3;  ///< of the largest initial unshot power, weighed by where it arrives (core/light/group_exchange)
   TransferMethod method = TransferMethod::rays;
 };
 
@@ -33,26 +33,27 @@ struct EnergyLedger {
   double unshot = 0;    ///< Σ (E + ρH - S) A
   double mirrored = 0;  ///< what mirrors pass on of what the first pass sees them absorb (core/tracing/mirror_light)
   double mirrored_direct = 0;  ///< the part of it that comes straight from luminaires
-  double gain_direct = 1, gain_indirect = 1;  ///< of the light that has arrived: they close the ledger (core/light/balance)
+  double gain_direct = 1,
+         gain_indirect = 1;  ///< of the light that has arrived: they close the ledger (core/light/balance)
   /// Of the light as it has arrived, without the gains: how far factors and shadows err as a whole.
   double residual() const { return emitted > 0 ? (emitted - absorbed - escaped - unshot) / emitted : 0.0; }
 };
 
 struct SolveCounters {
   std::uint64_t shots = 0;
-  std::uint64_t rays = 0;            ///< shadow rays answered
-  std::uint64_t rays_saved = 0;      ///< those answered without the ray tracer
-  std::uint64_t rays_remembered = 0; ///< those of them that an earlier shot had asked
-  std::uint64_t form_factors = 0;    ///< receiver-shooter pairs
-  std::uint64_t messages = 0;        ///< hemicube messages between cells
-  std::uint64_t bytes_sent = 0;      ///< of those, as on the wire
-  std::uint64_t bitmap_bytes = 0;    ///< compressed bitmaps alone
-  std::uint64_t bitmap_bytes_raw = 0;///< what they would be uncompressed
-  std::uint64_t cells_skipped = 0;   ///< visits saved: behind the shooter or wholly covered
-  std::uint64_t clusters_tested = 0; ///< receivers of a shot, 16 at a time
-  std::uint64_t clusters_behind = 0; ///< skipped: behind the shooter or facing away
-  std::uint64_t clusters_hidden = 0; ///< skipped: one surface hides them all
-  std::uint64_t clusters_cut = 0;    ///< skipped: so far away that they get nothing that counts
+  std::uint64_t rays = 0;              ///< shadow rays answered
+  std::uint64_t rays_saved = 0;        ///< those answered without the ray tracer
+  std::uint64_t rays_remembered = 0;   ///< those of them that an earlier shot had asked
+  std::uint64_t form_factors = 0;      ///< receiver-shooter pairs
+  std::uint64_t messages = 0;          ///< hemicube messages between cells
+  std::uint64_t bytes_sent = 0;        ///< of those, as on the wire
+  std::uint64_t bitmap_bytes = 0;      ///< compressed bitmaps alone
+  std::uint64_t bitmap_bytes_raw = 0;  ///< what they would be uncompressed
+  std::uint64_t cells_skipped = 0;     ///< visits saved: behind the shooter or wholly covered
+  std::uint64_t clusters_tested = 0;   ///< receivers of a shot, 16 at a time
+  std::uint64_t clusters_behind = 0;   ///< skipped: behind the shooter or facing away
+  std::uint64_t clusters_hidden = 0;   ///< skipped: one surface hides them all
+  std::uint64_t clusters_cut = 0;      ///< skipped: so far away that they get nothing that counts
 
   SolveCounters& operator+=(const SolveCounters& other) {
     shots += other.shots;
@@ -81,7 +82,7 @@ struct Solution {
   std::vector<Rgbf> irradiance;         ///< H, all light received
   std::vector<Rgbf> direct_irradiance;  ///< the part of H that came straight from luminaires
   std::vector<Rgbf> shot;               ///< S, radiosity distributed so far
-  std::vector<Rgbf> pending;            ///< estimate of the irradiance still to come from unshot light; for display only
+  std::vector<Rgbf> pending;  ///< estimate of the irradiance still to come from unshot light; for display only
   EnergyLedger energy;
   SolveCounters counters;
   double seconds_radiosity = 0;
@@ -93,7 +94,9 @@ struct Solution {
     return energy.gain_indirect * (h - d + (pending.empty() ? Rgb{0.0} : Rgb{pending[element]}));
   }
   /// All irradiance of an element (W/m²), as near as the first pass comes to it; the arrays are what it goes on from.
-  Rgb total(std::size_t element) const { return energy.gain_direct * Rgb{direct_irradiance[element]} + indirect(element); }
+  Rgb total(std::size_t element) const {
+    return energy.gain_direct * Rgb{direct_irradiance[element]} + indirect(element);
+  }
 };
 
 }  // namespace lichthof

@@ -526,25 +526,16 @@ MeshForecast forecast_of(const Scene& scene, const MeshOptions& options, std::sp
   return forecast_of(scene, lit, chosen, widths_of(scene, lit, chosen));
 }
 
-Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
-             std::span<const PlaceTree> places) {
-  MUST(!scene.surfaces.empty());
-  MUST(lit.empty() || lit.size() == scene.surfaces.size());
+namespace {
+
+/// @param options  with all sizes chosen
+Mesh cut_mesh(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
+              std::span<const PlaceTree> places) {
   Mesh mesh;
   mesh.options = options;
   mesh.lit_sides.assign(lit.begin(), lit.end());
   mesh.places.assign(places.begin(), places.end());
-  choose_sizes(scene, lit, mesh.options);
-  std::array<BlockWidths, 3> widths = widths_of(scene, lit, mesh.options);
-  const bool is_chosen_here = options.patch_size <= 0 && options.element_size <= 0;
-  for (int most_rounds = 16; is_chosen_here && most_rounds > 0; --most_rounds) {
-    const MeshForecast forecast = forecast_of(scene, lit, mesh.options, widths);
-    const double too_many =
-        std::max(std::sqrt(forecast.elements / (1.5 * options.target_elements)), forecast.blocks / most_blocks);
-    if (too_many <= 1) break;
-    mesh.options.patch_size *= 1.01 * too_many, mesh.options.element_size *= 1.01 * too_many;
-    widths = widths_of(scene, lit, mesh.options);
-  }
+  const std::array<BlockWidths, 3> widths = widths_of(scene, lit, options);
   const Box box = bounds(scene);
   for (int axis = 0; axis < 3; ++axis) mesh.lines[axis] = block_lines(scene, box, axis, widths[axis]);
 
@@ -558,6 +549,49 @@ Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const Lit
       cutter.keep_dark_front(s);
     if (sides.back) cutter.cut_side(s, true, sides.back_coarse);
   }
+  return mesh;
+}
+
+void enlarge(MeshOptions& options, double factor) { options.patch_size *= factor, options.element_size *= factor; }
+
+/// Lets sizes grow until the forecast holds.
+void grow_to_forecast(const Scene& scene, std::span<const LitSides> lit, MeshOptions& options) {
+  for (int most_rounds = 16; most_rounds > 0; --most_rounds) {
+    const MeshForecast forecast = forecast_of(scene, lit, options, widths_of(scene, lit, options));
+    const double too_many =
+        std::max(std::sqrt(forecast.elements / (1.5 * options.target_elements)), forecast.blocks / most_blocks);
+    if (too_many <= 1) return;
+    enlarge(options, 1.01 * too_many);
+  }
+}
+
+/// Block lines along walls and furniture make more elements than area alone would. So sizes grow, by as much as area should need; a
+/// size that does not bring fewer is not taken: many small faces stay as many.
+void grow_to_target(const Scene& scene, std::span<const LitSides> lit, Mesh& mesh) {
+  constexpr double enough = 1.1, least_step = 1.08, most_growth = 1.6;
+  MeshOptions options = mesh.options;
+  for (int most_rounds = 4; most_rounds > 0; --most_rounds) {
+    const double too_many = static_cast<double>(mesh.elements.size()) / options.target_elements;
+    if (too_many <= enough) return;
+    enlarge(options, std::max(std::sqrt(too_many), least_step));
+    if (options.patch_size > most_growth * mesh.options.patch_size) return;
+    if (Mesh coarser = cut_mesh(scene, options, lit, {}); coarser.elements.size() < mesh.elements.size())
+      mesh = std::move(coarser);
+  }
+}
+
+}  // namespace
+
+Mesh mesh_of(const Scene& scene, const MeshOptions& options, std::span<const LitSides> lit,
+             std::span<const PlaceTree> places) {
+  MUST(!scene.surfaces.empty());
+  MUST(lit.empty() || lit.size() == scene.surfaces.size());
+  MeshOptions chosen = options;
+  choose_sizes(scene, lit, chosen);
+  const bool is_chosen_here = options.patch_size <= 0 && options.element_size <= 0;
+  if (is_chosen_here) grow_to_forecast(scene, lit, chosen);
+  Mesh mesh = cut_mesh(scene, chosen, lit, places);
+  if (is_chosen_here && places.empty()) grow_to_target(scene, lit, mesh);
   return mesh;
 }
 

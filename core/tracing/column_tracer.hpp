@@ -27,7 +27,7 @@ enum class TracingMethod : std::uint8_t { radiosity, raytrace, two_pass };
 
 struct TracingOptions {
   TracingMethod method = TracingMethod::two_pass;
-  std::uint32_t samples = 4;      ///< rays per pixel
+  std::uint32_t samples = 8;      ///< rays per pixel
   std::uint32_t depth = 12;       ///< mirrors and panes along one path
   double throughput_cut = 2e-3;   ///< a path whose weight falls below is given up
   std::uint32_t lobe_rays = 4;    ///< through a glossy lobe, at its first meeting

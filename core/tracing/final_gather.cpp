@@ -196,7 +196,7 @@ GatheredLight FinalGather::look(const Stand& stand, std::span<const Way> ways, s
         const SurfacePoint at = trace.surface_point(hits.surface[lane], (hits.front_bits >> lane) & 1,
                                                     stand.start + distance * directions[lane]);
         straight.meet(input, at, Rgb{1.0});
-        if (goes_on || scatters_[at.surface] || is_near(at, distance))
+        if (goes_on || scatters_[at.surface] || is_near(at, distance) || scene_->is_edge_of_spot(at))
           indirect = seen_radiosity(at, directions[lane], distance, mix64(seed + first + lane), straight, rays);
         else
           indirect = scene_->reflected_radiosity(at, distance);
@@ -295,7 +295,12 @@ Rgb FinalGather::seen_radiosity(SurfacePoint at, Vec3 direction, double distance
         at = *next;
         continue;
       }
-      sum += throughput * scene_->reflected_radiosity(at, distance);
+      if (scene_->is_edge_of_spot(at))
+        sum +=
+            throughput * diffuse *
+            (scene_->direct().one_ray_irradiance(at.point, at.normal, random, rays) + scene_->indirect_irradiance(at));
+      else
+        sum += throughput * scene_->reflected_radiosity(at, distance);
       if (!is_specular) return sum;
       const Vec3 mirror = mirrored(direction, at.normal);
       throughput *= share;

@@ -38,6 +38,24 @@ LitScene::LitScene(const Solution& solution) : LitScene(solution.scene) {
   indirect_ = std::make_unique<IrradianceField>(geometry_, indirect);
   if (area > 0) mean_indirect_ = sum / area;
   for (int c = 0; c < 3; ++c) bright_radiosity_[c] = reflected[c] > 0 ? squares[c] / reflected[c] : 0.0;
+  find_edges_of_spots(solution);
+}
+
+void LitScene::find_edges_of_spots(const Solution& solution) {
+  constexpr double uneven = 0.5;         // of the brighter of two neighbours
+  constexpr double bright_share = 0.25;  // what is dimmer matters less than noise
+  const Mesh& mesh = *solution.mesh;
+  std::vector<double> direct(mesh.elements.size());
+  for (const Patch& patch : mesh.patches)
+    for (std::uint32_t e = patch.first_element; e < patch.first_element + patch.element_count; ++e)
+      direct[e] = sum_channels(patch.reflectance * Rgb{solution.direct_irradiance[e]});
+  const double bright = sum_channels(bright_radiosity_);
+  is_edge_of_spot_.assign(mesh.elements.size(), 0);
+  for (std::uint32_t e = 0; e < mesh.elements.size(); ++e) {
+    if (!(direct[e] > bright_share * bright)) continue;
+    for (const std::uint32_t next : geometry_->touching(e))
+      if (direct[next] < (1 - uneven) * direct[e]) is_edge_of_spot_[e] = is_edge_of_spot_[next] = 1;
+  }
 }
 
 Rgb LitScene::total_irradiance(const SurfacePoint& at) const {
@@ -46,6 +64,11 @@ Rgb LitScene::total_irradiance(const SurfacePoint& at) const {
 
 Rgb LitScene::indirect_irradiance(const SurfacePoint& at) const {
   return indirect_ ? indirect_->at(SurfaceId{at.surface}, at.back, at.point) : Rgb{0.0};
+}
+
+bool LitScene::is_edge_of_spot(const SurfacePoint& at) const {
+  const auto element = geometry_->element_at(SurfaceId{at.surface}, at.back, at.point);
+  return element && is_edge_of_spot_[*element] != 0;
 }
 
 bool LitScene::has_elements(const SurfacePoint& at) const {
@@ -72,7 +95,7 @@ Rgb LitScene::reflected_radiosity(const SurfacePoint& at, double distance) const
 }
 
 std::size_t LitScene::memory_bytes() const {
-  std::size_t bytes = trace_->memory_bytes() + direct_->memory_bytes() + bytes_of(reflected_);
+  std::size_t bytes = trace_->memory_bytes() + direct_->memory_bytes() + bytes_of_all(reflected_, is_edge_of_spot_);
   if (geometry_) bytes += geometry_->memory_bytes() + total_->memory_bytes() + indirect_->memory_bytes();
   return bytes;
 }

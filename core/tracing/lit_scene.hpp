@@ -34,6 +34,9 @@ class LitScene {
   /// Radiosity that a surface side reflects at a point, without emission (W/m²): ρ(H + pending). Constant over an element
   /// where that does no harm, interpolated near contact lines and for close looks.
   Rgb reflected_radiosity(const SurfacePoint& at, double distance) const;
+  /// Whether bright light straight from a luminaire falls so unevenly there that an element can't tell it: along the edge of a spot that a
+  /// lamp near by throws, or of the sun's. @pre has_solution()
+  bool is_edge_of_spot(const SurfacePoint& at) const;
   bool has_elements(const SurfacePoint& at) const;
   /// Of the element there (m), root of its area, but not above the usual one; 0 where there is none.
   double element_size(const SurfacePoint& at) const;
@@ -53,6 +56,8 @@ class LitScene {
   std::shared_ptr<const FieldGeometry> geometry_;
   std::unique_ptr<const IrradianceField> total_, indirect_;
   std::vector<Rgbf> reflected_;
+  std::vector<std::uint8_t> is_edge_of_spot_;  ///< by element
+  void find_edges_of_spots(const Solution& solution);
   double element_size_ = 0;
   Rgb mean_indirect_{0.0}, bright_radiosity_{0.0};
 };
