@@ -183,7 +183,7 @@ std::vector<LitSides> lit_sides(const Scene& scene, const RayScene& rays, double
     const bool back = side % 2;
     if (!back && scene.material_of(surface).emits()) {
       proved[side] = 1;
-      lit_at[side] = {static_cast<std::uint32_t>(side / 2), true, point_of(surface, {0.5, 0.5}), surface.normal};
+      lit_at[side] = {static_cast<std::uint32_t>(side / 2), true, centroid(surface.corners), surface.normal};
       return;
     }
     constexpr double walks_per_block = 16;

@@ -221,9 +221,22 @@ class Builder {
       r.nx[lane] = static_cast<float>(plane.normal.x), r.ny[lane] = static_cast<float>(plane.normal.y);
       r.nz[lane] = static_cast<float>(plane.normal.z);
       cluster.area[lane] = mesh_.elements[e].area;
+      set_edges(cluster, lane, patch, mesh_.elements[e]);
       cluster.element[lane] = e;
       cluster.patch[lane] = local_patch;
       cluster.lanes |= 1u << lane;
+    }
+  }
+
+  void set_edges(Cluster& cluster, std::uint32_t lane, const Patch& patch, const Element& element) const {
+    const Plane& plane = mesh_.planes[patch.plane.value];
+    Vec2 lo, hi;
+    mesh_.element_rectangle(patch, element, lo, hi);
+    const Vec2 size = hi - lo;
+    if (std::abs(size.x * size.y - static_cast<double>(element.area)) > 1e-5 * size.x * size.y) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      cluster.across[axis][lane] = static_cast<float>(size.x * plane.u[axis]);
+      cluster.along[axis][lane] = static_cast<float>(size.y * plane.v[axis]);
     }
   }
 
@@ -244,8 +257,12 @@ class Builder {
     cluster.width = std::sqrt(*std::max_element(cluster.area, cluster.area + 16));
     const float* coordinate[3] = {r.x, r.y, r.z};
     for (int axis = 0; axis < 3; ++axis) {
-      cluster.lo[axis] = *std::min_element(coordinate[axis], coordinate[axis] + 16);
-      cluster.hi[axis] = *std::max_element(coordinate[axis], coordinate[axis] + 16);
+      cluster.lo[axis] = 3e38f, cluster.hi[axis] = -3e38f;
+      for (int lane = 0; lane < 16; ++lane) {
+        const float half = 0.5f * (std::abs(cluster.across[axis][lane]) + std::abs(cluster.along[axis][lane]));
+        cluster.lo[axis] = std::min(cluster.lo[axis], coordinate[axis][lane] - half);
+        cluster.hi[axis] = std::max(cluster.hi[axis], coordinate[axis][lane] + half);
+      }
     }
     const std::uint32_t plane =
         mesh_.patches[tree_.patches[cluster.first_patch + cluster.patch[0]].mesh_patch].plane.value;

@@ -18,6 +18,8 @@ namespace lichthof {
 
 struct Cluster {
   Receivers16 points;
+  /// Edges of the elements (m); none where one is no whole rectangle.
+  float across[3][16] = {}, along[3][16] = {};
   alignas(64) float area[16];     ///< m²; 0 in empty lanes
   float openness[16] = {};        ///< in [0, 1], 0: veiled; see core/light/openness
   std::uint32_t element[16];      ///< index into Mesh::elements

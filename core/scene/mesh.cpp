@@ -568,12 +568,12 @@ void grow_to_forecast(const Scene& scene, std::span<const LitSides> lit, MeshOpt
 /// Block lines along walls and furniture make more elements than area alone would. So sizes grow, by as much as area should need; a
 /// size that does not bring fewer is not taken: many small faces stay as many.
 void grow_to_target(const Scene& scene, std::span<const LitSides> lit, Mesh& mesh) {
-  constexpr double enough = 1.1, least_step = 1.08, most_growth = 1.6;
+  constexpr double enough = 1.25, cautious = 0.6, least_step = 1.05, most_growth = 1.35;
   MeshOptions options = mesh.options;
   for (int most_rounds = 4; most_rounds > 0; --most_rounds) {
     const double too_many = static_cast<double>(mesh.elements.size()) / options.target_elements;
     if (too_many <= enough) return;
-    enlarge(options, std::max(std::sqrt(too_many), least_step));
+    enlarge(options, std::max(1 + cautious * (std::sqrt(too_many) - 1), least_step));
     if (options.patch_size > most_growth * mesh.options.patch_size) return;
     if (Mesh coarser = cut_mesh(scene, options, lit, {}); coarser.elements.size() < mesh.elements.size())
       mesh = std::move(coarser);
