@@ -565,13 +565,23 @@ void grow_to_forecast(const Scene& scene, std::span<const LitSides> lit, MeshOpt
   }
 }
 
+/// On sides whose elements are not coarse.
+std::size_t usual_elements(const Mesh& mesh) {
+  std::size_t count = 0;
+  for (const Patch& patch : mesh.patches) {
+    const LitSides sides = mesh.lit_sides.empty() ? LitSides{} : mesh.lit_sides[patch.surface.value];
+    if ((patch.back ? sides.back_coarse : sides.front_coarse) == 0) count += patch.element_count;
+  }
+  return count;
+}
+
 /// Block lines along walls and furniture make more elements than area alone would. So sizes grow, by as much as area should need; a
 /// size that does not bring fewer is not taken: many small faces stay as many.
 void grow_to_target(const Scene& scene, std::span<const LitSides> lit, Mesh& mesh) {
   constexpr double enough = 1.25, cautious = 0.6, least_step = 1.05, most_growth = 1.35;
   MeshOptions options = mesh.options;
   for (int most_rounds = 4; most_rounds > 0; --most_rounds) {
-    const double too_many = static_cast<double>(mesh.elements.size()) / options.target_elements;
+    const double too_many = static_cast<double>(usual_elements(mesh)) / options.target_elements;
     if (too_many <= enough) return;
     enlarge(options, std::max(1 + cautious * (std::sqrt(too_many) - 1), least_step));
     if (options.patch_size > most_growth * mesh.options.patch_size) return;
