@@ -114,7 +114,7 @@ void add_first_pass_options(CLI::App& command, FirstPassOptions& options) {
       "N|NxM[xK]")
       ->check(cells_text());
   add("--eps", options.eps,
-      "stop when the largest unshot energy is below this share of the largest initial one (default 1e-4, where nothing "
+      "stop when the largest unshot energy is below this share of the largest initial one (default 2e-3, where nothing "
       "hides anything 1e-5, method hemicube 5e-4)",
       "SHARE")
       ->check(number_within(0, 1, Least::excluded));

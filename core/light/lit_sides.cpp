@@ -71,8 +71,8 @@ class ProvingWalk {
     }
   }
 
-  /// Marks what light meets on from places where it is known to be. Each side is gone on from where it was met, and not from anywhere on it:
-  /// of a floor what stands on it without a bottom sees places that are dark.
+  /// Marks what light meets on from places where it is known to be. Each side is gone on from where it was met, and not from anywhere
+  /// on it: of a floor what stands on it without a bottom sees places that are dark.
   /// @param lit_at  a place on each side that has proved lit, and the normal there
   void spread(std::deque<Landing> lit_at, std::vector<std::uint8_t>& proved) const {
     constexpr int legs = 16, most_visits = 4;
